@@ -1,0 +1,126 @@
+//! What can go wrong, with the place and the cure.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// The engine's errors. Every one names what was wrong and, where a file is to blame, the file and
+/// the place in it; the cure is part of the message.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file cannot be opened, read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file's contents are not what its format demands.
+    #[error("{place}: {message}")]
+    Malformed {
+        /// Where.
+        place: Place,
+        /// What is wrong, and the cure.
+        message: String,
+    },
+    /// A value is outside its range or contradicts another.
+    #[error("{0}")]
+    Invalid(String),
+    /// Two span images cannot meet in one merge.
+    #[error("these images cannot be merged: {what} differs, {left} here and {right} there")]
+    Mismatch {
+        /// The property that differs, such as "the line plan".
+        what: &'static str,
+        /// Its value in the first image.
+        left: String,
+        /// Its value in the other image.
+        right: String,
+    },
+    /// The user asked to stop.
+    #[error("stopped on request")]
+    Cancelled,
+}
+
+/// A result with the engine's [`Error`].
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+impl Error {
+    /// A file cannot be opened, read or written.
+    pub fn file(path: impl Into<PathBuf>, source: std::io::Error) -> Error {
+        Error::File { path: path.into(), source }
+    }
+
+    /// A fault in a file as a whole.
+    pub fn in_file(path: impl Into<PathBuf>, message: impl Into<String>) -> Error {
+        let place = Place { path: path.into(), position: Position::Whole };
+        Error::Malformed { place, message: message.into() }
+    }
+
+    /// A fault in a text file; line and column count from 1, the column in characters.
+    pub fn at_line(
+        path: impl Into<PathBuf>,
+        line: usize,
+        column: usize,
+        message: impl Into<String>,
+    ) -> Error {
+        let place = Place { path: path.into(), position: Position::Line { line, column } };
+        Error::Malformed { place, message: message.into() }
+    }
+
+    /// A fault in a binary file.
+    pub fn at_byte(path: impl Into<PathBuf>, byte: u64, message: impl Into<String>) -> Error {
+        let place = Place { path: path.into(), position: Position::Byte(byte) };
+        Error::Malformed { place, message: message.into() }
+    }
+
+    /// A value outside its range.
+    pub fn invalid(message: impl Into<String>) -> Error {
+        Error::Invalid(message.into())
+    }
+
+    /// The file that is to blame, if one is.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Error::File { path, .. } => Some(path),
+            Error::Malformed { place, .. } => Some(&place.path),
+            _ => None,
+        }
+    }
+}
+
+/// A place in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file.
+    pub path: PathBuf,
+    /// Where in it.
+    pub position: Position,
+}
+
+/// Where in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Position {
+    /// Nowhere in particular.
+    Whole,
+    /// A place in a text, counted from 1, the column in characters.
+    Line {
+        /// The line.
+        line: usize,
+        /// The column.
+        column: usize,
+    },
+    /// A byte offset from the start of the file.
+    Byte(u64),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        match self.position {
+            Position::Whole => Ok(()),
+            Position::Line { line, column } => write!(f, ":{line}:{column}"),
+            Position::Byte(byte) => write!(f, ": byte {byte}"),
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Sets of columns.
+
+use std::ops::{BitAnd, BitOr};
+
+/// A set of a fragment's columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Columns(u32);
+
+impl Columns {
+    /// No column.
+    pub const NONE: Columns = Columns(0);
+    /// Colour, and whether lights act on it.
+    pub const COLOR: Columns = Columns(1);
+    /// The normal.
+    pub const NORMAL: Columns = Columns(2);
+    /// The position in the world.
+    pub const POSITION: Columns = Columns(4);
+    /// The depth. Every fragment has one; named by shaders whose result depends on it.
+    pub const DEPTH: Columns = Columns(8);
+
+    /// What differs from place to place on every face.
+    pub const PLACE: Columns = Columns(4 | 8);
+
+    /// Whether every column of `other` is in this set.
+    pub fn contains(self, other: Columns) -> bool {
+        self & other == other
+    }
+
+    /// Whether the two sets share a column.
+    pub fn meets(self, other: Columns) -> bool {
+        self & other != Columns::NONE
+    }
+}
+
+impl BitOr for Columns {
+    type Output = Columns;
+    fn bitor(self, other: Columns) -> Columns {
+        Columns(self.0 | other.0)
+    }
+}
+
+impl BitAnd for Columns {
+    type Output = Columns;
+    fn bitand(self, other: Columns) -> Columns {
+        Columns(self.0 & other.0)
+    }
+}

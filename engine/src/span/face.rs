@@ -1,0 +1,378 @@
+//! Faces as a span image knows them: a plane over the screen, an outline on the screen, a place in
+//! the total order.
+
+use glam::DVec2;
+
+use crate::camera::Plane;
+use crate::error::{Error, Result};
+
+/// A face of a span image: its place in the table of all faces, sources one after another. Faces
+/// compare as their keys (source, then ordinal) do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(transparent)]
+pub struct FaceId(pub u32);
+
+impl FaceId {
+    /// No face: the background. It is known by this id and never by a depth.
+    pub const NONE: FaceId = FaceId(u32::MAX);
+
+    /// Whether there is a face.
+    pub fn is_some(self) -> bool {
+        self != FaceId::NONE
+    }
+}
+
+/// What a face is to the faces beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A polygon with holes: inside the first ring, outside all others.
+    Face,
+    /// An area on a face ([D]): inside its first ring and inside the face, whose place in the table
+    /// this is. It has the face's plane bit for bit and a higher rank.
+    Seal(u32),
+    /// The drawn edge of a face or seal: the union of its rings.
+    Stroke,
+}
+
+/// A face in a [`FaceTable`].
+#[derive(Clone, Debug)]
+pub struct Face {
+    /// The face's number in its source. Numbers increase along the table.
+    pub ordinal: u32,
+    /// Depth over the screen.
+    pub plane: Plane,
+    /// Decides between equal depths; greater is seen.
+    pub rank: u32,
+    /// What the face is.
+    pub role: Role,
+    /// Whether its front is seen.
+    pub sees_front: bool,
+    /// Whether it is one ring that no line crosses more than twice: every convex polygon, and others.
+    pub is_monotone: bool,
+    first_corner: u32,
+    corners: u32,
+}
+
+/// The faces of one source over one view: a pure function of the two, so that every image of the
+/// source over that view has the same table. Faces that no line can meet are left out.
+///
+/// Outlines are kept so that whoever needs an edge's slope derives it; a source whose outlines are
+/// unknown has faces without corners.
+#[derive(Clone, Debug, Default)]
+pub struct FaceTable {
+    faces: Vec<Face>,
+    /// Indices into `points`; the last corner of a ring has [`END_OF_RING`] set.
+    corners: Vec<u32>,
+    /// On the screen, in pixels.
+    points: Vec<DVec2>,
+}
+
+const END_OF_RING: u32 = 1 << 31;
+
+/// Depth coefficients beyond this would overflow when they are compared.
+const MAX_COEFFICIENT: f64 = 1e290;
+
+/// An edge on the screen. Its ends are sorted, so that neighbouring faces agree about it in every
+/// bit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// The end with the smaller y, in pixels.
+    pub top: DVec2,
+    /// The end with the greater y.
+    pub bottom: DVec2,
+}
+
+impl Edge {
+    /// The edge between two points, in either order.
+    #[inline(always)]
+    pub fn new(p: DVec2, q: DVec2) -> Edge {
+        if (p.y, p.x) <= (q.y, q.x) { Edge { top: p, bottom: q } } else { Edge { top: q, bottom: p } }
+    }
+
+    /// Whether a line at `y` crosses it. The upper end belongs to it, the lower does not: the edges
+    /// of a closed ring cross every line an even number of times.
+    #[inline(always)]
+    pub fn crosses(&self, y: f64) -> bool {
+        self.top.y <= y && y < self.bottom.y
+    }
+
+    /// Pixels to the right per pixel downwards. Not finite for a horizontal edge.
+    #[inline(always)]
+    pub fn slope(&self) -> f64 {
+        (self.bottom.x - self.top.x) / (self.bottom.y - self.top.y)
+    }
+
+    /// Where it crosses the line at `y`, never outside its own ends.
+    #[inline(always)]
+    pub fn x_at(&self, y: f64) -> f64 {
+        let x = self.top.x + (y - self.top.y) * self.slope();
+        x.max(self.top.x.min(self.bottom.x)).min(self.top.x.max(self.bottom.x))
+    }
+}
+
+impl FaceTable {
+    /// The faces, by ascending ordinal.
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// The rings of a face, each as its corners in pixels.
+    pub fn rings<'a>(&'a self, face: &Face) -> impl Iterator<Item = Ring<'a>> + 'a {
+        let first = face.first_corner as usize;
+        let mut rest = &self.corners[first..first + face.corners as usize];
+        std::iter::from_fn(move || {
+            let end = rest.iter().position(|corner| corner & END_OF_RING != 0)?;
+            let (ring, tail) = rest.split_at(end + 1);
+            rest = tail;
+            Some(Ring { corners: ring, points: &self.points })
+        })
+    }
+
+    /// All edges of a face's rings.
+    pub fn edges<'a>(&'a self, face: &Face) -> impl Iterator<Item = Edge> + 'a {
+        self.rings(face).flat_map(|ring| ring.edges())
+    }
+
+    /// How many corners a face has, in all its rings.
+    pub fn corner_count(&self, face: &Face) -> usize {
+        face.corners as usize
+    }
+
+    /// The only ring of a face that has one.
+    pub fn outline(&self, face: &Face) -> Ring<'_> {
+        let first = face.first_corner as usize;
+        Ring { corners: &self.corners[first..first + face.corners as usize], points: &self.points }
+    }
+
+    /// A face by its ordinal.
+    pub fn by_ordinal(&self, ordinal: u32) -> Option<&Face> {
+        let at = self.faces.binary_search_by_key(&ordinal, |face| face.ordinal).ok()?;
+        Some(&self.faces[at])
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.faces) + size_of_val(&*self.corners) + size_of_val(&*self.points)
+    }
+}
+
+/// A closed ring of corners.
+#[derive(Clone, Copy, Debug)]
+pub struct Ring<'a> {
+    corners: &'a [u32],
+    points: &'a [DVec2],
+}
+
+impl<'a> Ring<'a> {
+    /// The number of corners.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.corners.is_empty()
+    }
+
+    /// A corner in pixels.
+    #[inline(always)]
+    pub fn point(&self, i: usize) -> DVec2 {
+        self.points[(self.corners[i] & !END_OF_RING) as usize]
+    }
+
+    /// The corners in order.
+    pub fn points(self) -> impl Iterator<Item = DVec2> + 'a {
+        self.corners.iter().map(move |corner| self.points[(corner & !END_OF_RING) as usize])
+    }
+
+    /// The edges in order, the closing one first.
+    pub fn edges(self) -> impl Iterator<Item = Edge> + 'a {
+        let mut previous = self.corners.last().map(|_| self.point(self.len() - 1));
+        self.points().map(move |point| {
+            let from = previous.replace(point).unwrap_or(point);
+            Edge::new(from, point)
+        })
+    }
+}
+
+/// Builds a [`FaceTable`].
+#[derive(Debug, Default)]
+pub struct FaceTableBuilder {
+    table: FaceTable,
+}
+
+/// What a builder is told of a face, beside its rings.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceHead {
+    /// The face's number in its source; must exceed the previous one's.
+    pub ordinal: u32,
+    /// Depth over the screen.
+    pub plane: Plane,
+    /// Decides between equal depths.
+    pub rank: u32,
+    /// What it is.
+    pub role: Role,
+    /// Whether its front is seen.
+    pub sees_front: bool,
+}
+
+impl FaceTableBuilder {
+    /// An empty table.
+    pub fn new() -> FaceTableBuilder {
+        FaceTableBuilder::default()
+    }
+
+    /// Adds points on the screen, in pixels, and returns the index of the first.
+    ///
+    /// # Errors
+    /// If the table is full (2^31 points).
+    pub fn points(&mut self, points: impl IntoIterator<Item = DVec2>) -> Result<u32> {
+        let first = self.table.points.len();
+        self.table.points.extend(points);
+        if self.table.points.len() >= END_OF_RING as usize {
+            return Err(Error::invalid("a source with more than 2^31 vertices: divide the scene"));
+        }
+        Ok(first as u32)
+    }
+
+    /// Adds a face with the rings given as indices of points; returns its place in the table.
+    ///
+    /// # Errors
+    /// If a coefficient of its plane is not finite, ordinals do not increase or the table is full.
+    pub fn face<'r>(
+        &mut self,
+        head: FaceHead,
+        rings: impl IntoIterator<Item = &'r [u32]>,
+    ) -> Result<u32> {
+        let FaceHead { ordinal, plane, rank, role, sees_front } = head;
+        let extreme = |v: f64| !v.is_finite() || v.abs() > MAX_COEFFICIENT;
+        if extreme(plane.a) || extreme(plane.b) || extreme(plane.c) {
+            return Err(Error::invalid(format!("face {ordinal} has no finite depth: {plane:?}")));
+        }
+        if self.table.faces.last().is_some_and(|last| last.ordinal >= ordinal) {
+            return Err(Error::invalid("faces must be added by ascending ordinal"));
+        }
+        let first_corner = self.table.corners.len();
+        let mut ring_count = 0;
+        for ring in rings.into_iter().filter(|ring| ring.len() >= 3) {
+            self.table.corners.extend_from_slice(ring);
+            if let Some(last) = self.table.corners.last_mut() {
+                *last |= END_OF_RING;
+            }
+            ring_count += 1;
+        }
+        let corners = self.table.corners.len() - first_corner;
+        let place = self.table.faces.len() as u32;
+        if place == u32::MAX || self.table.corners.len() > u32::MAX as usize {
+            return Err(Error::invalid("a source with more than 2^32 corners: divide the scene"));
+        }
+        let mut face = Face {
+            ordinal,
+            plane,
+            rank,
+            role,
+            sees_front,
+            is_monotone: false,
+            first_corner: first_corner as u32,
+            corners: corners as u32,
+        };
+        face.is_monotone = ring_count == 1 && role == Role::Face && is_monotone(self.table.outline(&face));
+        self.table.faces.push(face);
+        Ok(place)
+    }
+
+    /// The finished table.
+    pub fn finish(self) -> FaceTable {
+        self.table
+    }
+
+    /// The union of two tables of one source, by ordinal, and the place in it of each face of either.
+    pub(super) fn union(a: &FaceTable, b: &FaceTable) -> Result<(FaceTable, [Vec<u32>; 2])> {
+        let tables = [a, b];
+        let mut union = FaceTableBuilder::new();
+        let mut offsets = [0; 2];
+        for (offset, table) in offsets.iter_mut().zip(tables) {
+            *offset = union.points(table.points.iter().copied())?;
+        }
+        let mut all: Vec<(u32, usize, usize)> = Vec::new();
+        for (t, table) in tables.into_iter().enumerate() {
+            all.extend(table.faces.iter().enumerate().map(|(place, face)| (face.ordinal, t, place)));
+        }
+        all.sort_unstable();
+        let mut places = tables.map(|table| vec![0; table.faces.len()]);
+        let mut last = None;
+        for (ordinal, t, place) in all {
+            if last != Some(ordinal) {
+                let face = &tables[t].faces[place];
+                let role = match face.role {
+                    Role::Seal(parent) => Role::Seal(places[t][parent as usize]),
+                    other => other,
+                };
+                let rings: Vec<Vec<u32>> = tables[t]
+                    .rings(face)
+                    .map(|ring| ring.corners.iter().map(|c| (c & !END_OF_RING) + offsets[t]).collect())
+                    .collect();
+                let head = FaceHead { ordinal, plane: face.plane, rank: face.rank, role, sees_front: face.sees_front };
+                union.face(head, rings.iter().map(Vec::as_slice))?;
+            }
+            places[t][place] = union.table.faces.len() as u32 - 1;
+            last = Some(ordinal);
+        }
+        Ok((union.finish(), places))
+    }
+}
+
+/// Whether every line crosses a ring at most twice: along y it goes down once and up once.
+fn is_monotone(ring: Ring<'_>) -> bool {
+    let n = ring.len();
+    if n == 3 {
+        return true;
+    }
+    let mut changes = 0;
+    let mut previous = None;
+    let mut first = None;
+    for i in 0..n {
+        let step = ring.point((i + 1) % n).y - ring.point(i).y;
+        if step != 0.0 {
+            let down = step > 0.0;
+            changes += usize::from(previous.is_some_and(|p| p != down));
+            previous = Some(down);
+            first = first.or(Some(down));
+        }
+    }
+    changes += usize::from(previous != first);
+    changes <= 2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn monotone(points: &[(f64, f64)]) -> bool {
+        let points: Vec<DVec2> = points.iter().map(|p| DVec2::new(p.0, p.1)).collect();
+        let corners: Vec<u32> = (0..points.len() as u32).collect();
+        is_monotone(Ring { corners: &corners, points: &points })
+    }
+
+    #[test]
+    fn rings_that_lines_cross_once_are_told_from_others() {
+        assert!(monotone(&[(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)]));
+        assert!(!monotone(&[(0.0, 0.0), (2.0, 1.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)]));
+        assert!(!monotone(&[(0.0, 0.0), (4.0, 4.0), (4.0, 0.0), (0.0, 4.0)]));
+    }
+
+    #[test]
+    fn neighbours_agree_about_their_edge() {
+        let (p, q) = (DVec2::new(0.1, 0.7), DVec2::new(9.3, 5.2));
+        for y in [0.7, 1.0, 3.33, 5.1] {
+            assert_eq!(Edge::new(p, q).x_at(y).to_bits(), Edge::new(q, p).x_at(y).to_bits());
+        }
+    }
+
+    #[test]
+    fn an_edge_of_no_height_stays_between_its_ends() {
+        let edge = Edge::new(DVec2::new(-1e300, 0.0), DVec2::new(1e300, f64::from_bits(1)));
+        assert!((-1e300..=1e300).contains(&edge.x_at(0.0)));
+    }
+}

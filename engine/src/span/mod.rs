@@ -1,0 +1,23 @@
+//! Span images: what is seen on every line, exactly.
+//!
+//! A line is a row of cells, run-length coded; in each cell stands the nearest face. Faces carry their
+//! plane, so depth is a function and not a sample. [`merge`](SpanImage::merge) of any number of images
+//! is the maximum, cell by cell, under the total order of [`order`].
+//!
+//! Reading path: [`order`] (which face is nearer), [`line`] (a line and the merge of two), [`face`]
+//! (planes and outlines), [`image`] (all lines of a picture, and the merge of pictures), [`writer`]
+//! (for renderers of other people).
+
+pub mod face;
+pub mod image;
+pub mod line;
+pub mod order;
+pub mod source;
+pub mod writer;
+
+pub use face::{Edge, Face, FaceHead, FaceId, FaceTable, FaceTableBuilder, Ring, Role};
+pub use image::{Lines, SpanImage};
+pub use line::Span;
+pub use order::OnLine;
+pub use source::Source;
+pub use writer::SpanWriter;
