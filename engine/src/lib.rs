@@ -10,3 +10,4 @@ pub mod raster;
 pub mod span;
 
 pub use error::{Error, Result};
+pub mod scene;

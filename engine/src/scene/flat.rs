@@ -1,0 +1,362 @@
+//! A plan made ready for rendering: the tree of objects as a list of placed meshes, materials by
+//! number, every face and seal numbered.
+
+use glam::DAffine3;
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::document::{Display, Document, Object, Plan};
+use super::geometry::{Faults, Geometry, Part};
+use super::light::{Environment, Light};
+use super::material::Material;
+use super::read::{self, ReadOptions, Reading};
+use super::shape::Shape;
+use crate::camera::Camera;
+use crate::error::{Error, Result};
+use crate::key::{Key, KeyHasher};
+
+/// The most objects that a scene may place.
+const MAX_INSTANCES: usize = 1 << 24;
+/// The deepest nesting of objects, definitions and files.
+const MAX_DEPTH: usize = 64;
+
+/// A plan made ready for rendering. Immutable; its key stands for its contents.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// What the scene is called: its file, as the graph names it.
+    pub label: String,
+    /// The contents.
+    pub key: Key,
+    /// The placed meshes, in the order of the tree.
+    pub instances: Vec<Instance>,
+    /// All materials. The last is the one of faces that name none.
+    pub materials: Vec<Material>,
+    /// Cameras by name.
+    pub cameras: BTreeMap<String, Camera>,
+    /// Lights by name.
+    pub lights: BTreeMap<String, Light>,
+    /// The environment, if the file says anything of it.
+    pub environment: Option<Environment>,
+    /// The files that the document names.
+    pub files: Vec<PathBuf>,
+    /// What is doubtful in the files and was taken as well as could be.
+    pub notes: Vec<String>,
+}
+
+/// A mesh in its place.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    /// The object's path in the tree.
+    pub path: String,
+    /// From the object's space to the world.
+    pub world_from_object: DAffine3,
+    /// The mesh.
+    pub geometry: Arc<Geometry>,
+    /// The scene's materials that the mesh's indices mean.
+    pub palette: Arc<[u32]>,
+    /// The material of faces that name none.
+    pub material: u32,
+    /// Whether seals are seen.
+    pub shows_seals: bool,
+    /// The number, among all parts of faces of the scene, of this one's first.
+    pub first_ordinal: u32,
+}
+
+impl Scene {
+    /// Makes a plan of a document ready. Files that it names are found from `directory`. Without a
+    /// name the default plan is taken, or the only one.
+    ///
+    /// # Errors
+    /// If there is no such plan, a material, definition or file that it names is missing or faulty, an
+    /// object contains itself, or the scene is larger than 2^32 faces or 2^24 objects.
+    pub fn new(
+        document: &Document,
+        plan: Option<&str>,
+        label: &str,
+        key: Key,
+        directory: &Path,
+    ) -> Result<Scene> {
+        let plan = document.plan(plan)?;
+        let mut flattening = Flattening::default();
+        let root = DAffine3::IDENTITY;
+        let top = Place {
+            path: String::new(),
+            world: root,
+            display: Display::FacesAndSeals,
+            material: None,
+            depth: 0,
+        };
+        let file = File { document, plan, directory };
+        flattening.visit(&file, &plan.root, &top)?;
+        let mut key_of_all = KeyHasher::new("scene");
+        key_of_all.key(key).bytes(plan.name.as_bytes());
+        for reading in flattening.files.values() {
+            key_of_all.key(reading.key);
+        }
+        let mut materials = flattening.materials;
+        let unnamed = materials.len() as u32;
+        materials.push(Material::default());
+        let mut instances = flattening.instances;
+        for instance in &mut instances {
+            if instance.material == UNNAMED {
+                instance.material = unnamed;
+            }
+        }
+        Ok(Scene {
+            label: label.to_owned(),
+            key: key_of_all.finish(),
+            instances,
+            materials,
+            cameras: plan.cameras.clone(),
+            lights: plan.lights.clone(),
+            environment: plan.environment.clone(),
+            notes: flattening.files.values().flat_map(|reading| reading.notes.clone()).collect(),
+            files: flattening.files.into_keys().map(|(path, _)| path).collect(),
+        })
+    }
+
+    /// A scene of one object, for programs that make their own.
+    ///
+    /// # Errors
+    /// As [`Scene::new`].
+    pub fn from_object(label: &str, object: Object) -> Result<Scene> {
+        let plan = Plan { root: object, ..Plan::default() };
+        let document = Document::with_plan(plan);
+        Scene::new(&document, None, label, Key::of(&document), Path::new(""))
+    }
+
+    /// The number of faces, seals and drawn edges.
+    pub fn part_count(&self) -> u32 {
+        self.instances.last().map_or(0, |last| last.first_ordinal + last.geometry.part_count())
+    }
+
+    /// The number of faces.
+    pub fn face_count(&self) -> usize {
+        self.instances.iter().map(|instance| instance.geometry.mesh().face_count()).sum()
+    }
+
+    /// The instance, the face and the part of a number below [`part_count`](Scene::part_count).
+    pub fn part(&self, ordinal: u32) -> (&Instance, usize, Part) {
+        let at = self.instances.partition_point(|i| i.first_ordinal <= ordinal) - 1;
+        let instance = &self.instances[at];
+        let (face, part) = instance.geometry.part(ordinal - instance.first_ordinal);
+        (instance, face, part)
+    }
+
+    /// What had to be changed to make the meshes ready, mesh by mesh.
+    pub fn faults(&self) -> impl Iterator<Item = (&str, Faults)> {
+        let mut seen = std::collections::HashSet::new();
+        self.instances
+            .iter()
+            .filter(move |instance| seen.insert(Arc::as_ptr(&instance.geometry)))
+            .map(|instance| (instance.path.as_str(), instance.geometry.faults()))
+            .filter(|(_, faults)| *faults != Faults { worst_deviation: faults.worst_deviation, ..Faults::default() })
+    }
+}
+
+const UNNAMED: u32 = u32::MAX;
+
+/// A file being flattened.
+struct File<'a> {
+    document: &'a Document,
+    plan: &'a Plan,
+    directory: &'a Path,
+}
+
+/// What an object inherits.
+struct Place {
+    path: String,
+    world: DAffine3,
+    display: Display,
+    material: Option<u32>,
+    depth: usize,
+}
+
+#[derive(Default)]
+struct Flattening {
+    instances: Vec<Instance>,
+    materials: Vec<Material>,
+    /// Numbers of materials by document and name.
+    numbers: HashMap<(usize, String), u32>,
+    /// Geometry and palette of shapes, by address: an instance or array visits one shape many times.
+    ready: HashMap<usize, (Arc<Geometry>, Arc<[u32]>)>,
+    /// Files by path and how they were read; kept so that addresses stay theirs.
+    files: BTreeMap<(PathBuf, String), Reading>,
+    /// The definitions and files that are being placed, outermost first.
+    open: Vec<String>,
+    visits: usize,
+    parts: u64,
+}
+
+impl Flattening {
+    fn visit(&mut self, file: &File<'_>, object: &Object, above: &Place) -> Result<()> {
+        if above.depth > MAX_DEPTH {
+            return Err(Error::invalid(format!(
+                "\"{}\" is nested more than {MAX_DEPTH} deep: does it contain itself?",
+                above.path
+            )));
+        }
+        self.visits += 1;
+        if self.visits > MAX_INSTANCES {
+            return Err(Error::invalid(format!("more than {MAX_INSTANCES} objects: divide the scene")));
+        }
+        let display = object.display.min(above.display);
+        if display == Display::Hidden {
+            return Ok(());
+        }
+        let path = match (above.path.as_str(), object.name.as_str()) {
+            (path, "") => path.to_owned(),
+            ("", name) => name.to_owned(),
+            (path, name) => format!("{path}/{name}"),
+        };
+        let world = above.world * object.transform.to_matrix();
+        if !world.is_finite() {
+            return Err(Error::invalid(format!("object \"{path}\": its place is not finite")));
+        }
+        let material = match &object.material {
+            Some(name) => Some(self.material(file, name).map_err(|e| in_object(&path, e))?),
+            None => above.material,
+        };
+        let here = Place { path, world, display, material, depth: above.depth + 1 };
+        self.place(file, &object.shape, &here).map_err(|e| in_object(&here.path, e))?;
+        for (i, child) in object.children.iter().enumerate() {
+            if child.name.is_empty() {
+                let numbered = Place { path: numbered(&here.path, i), ..here };
+                self.visit(file, child, &numbered)?;
+            } else {
+                self.visit(file, child, &here)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn place(&mut self, file: &File<'_>, shape: &Shape, here: &Place) -> Result<()> {
+        match shape {
+            Shape::Group => Ok(()),
+            Shape::Instance(name) => {
+                let definition = file.plan.definitions.get(name).ok_or_else(|| {
+                    Error::invalid(format!("there is no definition \"{name}\" in the plan"))
+                })?;
+                self.open(name)?;
+                self.visit(file, definition, here)?;
+                self.open.pop();
+                Ok(())
+            }
+            Shape::Array { of, count, step } => {
+                let total = count.iter().map(|n| u64::from(*n)).product::<u64>();
+                if total > MAX_INSTANCES as u64 {
+                    return Err(Error::invalid(format!("an array of {total}: at most {MAX_INSTANCES}")));
+                }
+                let each = (0..count[2]).flat_map(|k| {
+                    (0..count[1]).flat_map(move |j| (0..count[0]).map(move |i| [i, j, k]))
+                });
+                for (n, index) in each.enumerate() {
+                    let offset = std::array::from_fn(|axis| f64::from(index[axis]) * step[axis]);
+                    let world = here.world * DAffine3::from_translation(offset.into());
+                    let path = numbered(&here.path, n);
+                    self.visit(file, of, &Place { path, world, ..*here })?;
+                }
+                Ok(())
+            }
+            Shape::File { path, plan, unit, up } => {
+                let options = ReadOptions { unit: *unit, up: *up, ..ReadOptions::default() };
+                let id = (file.directory.join(path), format!("{options:?}"));
+                if !self.files.contains_key(&id) {
+                    let reading = read::document(&id.0, &options)?;
+                    self.files.insert(id.clone(), reading);
+                }
+                self.open(&id.0.display().to_string())?;
+                let document = self.files[&id].document.clone();
+                let plan =
+                    document.plan(plan.as_deref()).map_err(|e| Error::in_file(&id.0, e.to_string()))?;
+                let directory = id.0.parent().unwrap_or(Path::new(""));
+                self.visit(&File { document: &document, plan, directory }, &plan.root, here)?;
+                self.open.pop();
+                Ok(())
+            }
+            shape => self.place_mesh(file, shape, here),
+        }
+    }
+
+    /// Notes that a definition or file is being placed.
+    fn open(&mut self, name: &str) -> Result<()> {
+        let known = self.open.iter().position(|open| open == name);
+        self.open.push(name.to_owned());
+        match known {
+            Some(at) => {
+                let way = self.open[at..].join("\" in \"");
+                Err(Error::invalid(format!("an object contains itself: \"{way}\"")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn place_mesh(&mut self, file: &File<'_>, shape: &Shape, here: &Place) -> Result<()> {
+        let address = std::ptr::from_ref(shape) as usize;
+        let (geometry, palette) = match self.ready.get(&address) {
+            Some((geometry, palette)) => (geometry.clone(), palette.clone()),
+            None => {
+                let geometry = match shape {
+                    Shape::Faces(mesh) => Geometry::new(mesh)?,
+                    shape => Geometry::new(&shape.mesh()?)?,
+                };
+                let names = &geometry.mesh().materials;
+                let palette: Result<Arc<[u32]>> =
+                    names.iter().map(|name| self.material(file, name)).collect();
+                let ready = (Arc::new(geometry), palette?);
+                self.ready.insert(address, ready.clone());
+                ready
+            }
+        };
+        let first_ordinal = self.parts as u32;
+        self.parts += u64::from(geometry.part_count());
+        if self.instances.len() >= MAX_INSTANCES || self.parts >= u64::from(u32::MAX) {
+            return Err(Error::invalid(format!(
+                "more than {MAX_INSTANCES} objects or 2^32 faces: divide the scene"
+            )));
+        }
+        self.instances.push(Instance {
+            path: here.path.clone(),
+            world_from_object: here.world,
+            geometry,
+            palette,
+            material: here.material.unwrap_or(UNNAMED),
+            shows_seals: here.display == Display::FacesAndSeals,
+            first_ordinal,
+        });
+        Ok(())
+    }
+
+    fn material(&mut self, file: &File<'_>, name: &str) -> Result<u32> {
+        let id = (std::ptr::from_ref(file.document) as usize, name.to_owned());
+        if let Some(number) = self.numbers.get(&id) {
+            return Ok(*number);
+        }
+        let material = file.document.materials.get(name).ok_or_else(|| {
+            let names: Vec<&str> = file.document.materials.keys().map(String::as_str).collect();
+            Error::invalid(format!("there is no material \"{name}\": the scene has {}", names.join(", ")))
+        })?;
+        let finite = material.color.is_finite() && material.alpha.is_finite();
+        if !finite {
+            return Err(Error::invalid(format!("material \"{name}\" has a number that is not finite")));
+        }
+        let number = self.materials.len() as u32;
+        self.materials.push(material.clone());
+        self.numbers.insert(id, number);
+        Ok(number)
+    }
+}
+
+fn numbered(path: &str, i: usize) -> String {
+    format!("{path}[{i}]")
+}
+
+fn in_object(path: &str, error: Error) -> Error {
+    match error {
+        Error::Invalid(message) if !message.starts_with("object \"") && !path.is_empty() => {
+            Error::Invalid(format!("object \"{path}\": {message}"))
+        }
+        other => other,
+    }
+}

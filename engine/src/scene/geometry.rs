@@ -1,0 +1,437 @@
+//! Meshes made ready for rendering: every face planar, every attribute affine on it, every plane
+//! known.
+//!
+//! - A polygon whose corners leave its plane by more than [`PLANARITY`] of its size, or whose vertex
+//!   attributes are not affine on it, is divided into triangles. One with seals or drawn edges stays
+//!   whole and is taken as flat.
+//! - Faces in one plane share one *support*, so that faces that coincide tie bit for bit and the
+//!   documented order decides, not noise.
+//! - Corners that repeat, and faces without area, are dropped.
+//!
+//! What was changed is counted and told.
+
+use earcut::{Earcut, utils3d::project3d_to_2d};
+use glam::DVec3;
+use std::collections::HashMap;
+
+use super::face::Face;
+use super::mesh::Mesh;
+use crate::error::Result;
+
+/// How far a polygon's corners may leave its plane, as a share of its diameter. Its outline on the
+/// picture stays exact; only depth is off, by no more than this.
+pub const PLANARITY: f64 = 1e-4;
+
+/// How far apart two faces' planes may be, as a share of the mesh's diameter, to count as one: the
+/// noise of single-precision coordinates.
+const COPLANARITY: f64 = 1e-7;
+
+/// How far vertex attributes may leave the affine, in their own units.
+const AFFINITY: f32 = 1e-3;
+
+const TURNED: u32 = 1 << 31;
+
+/// A face's plane in the object's space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Support {
+    /// A point on it.
+    pub point: DVec3,
+    /// Its unit normal, to the front.
+    pub normal: DVec3,
+}
+
+/// A mesh made ready.
+#[derive(Clone, Debug, Default)]
+pub struct Geometry {
+    mesh: Mesh,
+    supports: Vec<Support>,
+    /// Which support is each face's, with [`TURNED`] where the face's front is on its other side.
+    support_of: Vec<u32>,
+    /// Where each face's parts begin, and the end; absent where every face is one part.
+    parts: Option<Vec<u32>>,
+    faults: Faults,
+}
+
+/// What had to be changed in a mesh to make it ready.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Faults {
+    /// Faces without area, dropped.
+    pub without_area: usize,
+    /// Polygons that are not planar, divided into triangles.
+    pub not_planar: usize,
+    /// Polygons that are not planar but carry seals or drawn edges, taken as flat.
+    pub flattened: usize,
+    /// The farthest that a corner leaves its polygon's plane, in metres.
+    pub worst_deviation: f64,
+    /// Polygons whose vertex attributes are not affine, divided into triangles.
+    pub not_affine: usize,
+}
+
+/// A part of a face: what gets an entry of its own in a span image's table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The face itself.
+    Face,
+    /// Its drawn edges.
+    FaceEdges,
+    /// A seal, by its index.
+    Seal(u32),
+    /// A seal's drawn edges.
+    SealEdges(u32),
+}
+
+impl Part {
+    /// Decides between parts of coinciding depth: a seal is over its face and earlier seals, drawn
+    /// edges are over what they belong to.
+    pub fn rank(self) -> u32 {
+        match self {
+            Part::Face => 0,
+            Part::FaceEdges => 1,
+            Part::Seal(i) => 2 * i + 2,
+            Part::SealEdges(i) => 2 * i + 3,
+        }
+    }
+}
+
+impl Geometry {
+    /// Makes a mesh ready.
+    ///
+    /// # Errors
+    /// If the mesh has numbers that are not finite or lists of unequal length.
+    pub fn new(mesh: &Mesh) -> Result<Geometry> {
+        mesh.validate()?;
+        let mut faults = Faults::default();
+        let mesh = flat_and_affine(mesh, &mut faults)?;
+        let (supports, support_of) = share_planes(&mesh);
+        let mut geometry = Geometry { mesh, supports, support_of, parts: None, faults };
+        if geometry.mesh.has_parts() {
+            let mut first = 0;
+            let counts = (0..geometry.mesh.face_count()).map(|at| geometry.parts_of(at).count() as u32);
+            let mut parts = vec![0];
+            for count in counts {
+                first += count;
+                parts.push(first);
+            }
+            geometry.parts = Some(parts);
+        }
+        Ok(geometry)
+    }
+
+    /// The mesh, with every face planar and every attribute affine.
+    pub fn mesh(&self) -> &Mesh {
+        &self.mesh
+    }
+
+    /// The different planes of all faces.
+    pub fn supports(&self) -> &[Support] {
+        &self.supports
+    }
+
+    /// The place of a face's plane in [`supports`](Geometry::supports), and whether the face's front is
+    /// on the side that the plane's normal points to.
+    #[inline]
+    pub fn support_of(&self, face: usize) -> (usize, bool) {
+        let support = self.support_of[face];
+        ((support & !TURNED) as usize, support & TURNED == 0)
+    }
+
+    /// The unit normal of a face's front, in the object's space.
+    #[inline]
+    pub fn normal(&self, face: usize) -> DVec3 {
+        let (support, is_front) = self.support_of(face);
+        let normal = self.supports[support].normal;
+        if is_front { normal } else { -normal }
+    }
+
+    /// What was changed.
+    pub fn faults(&self) -> Faults {
+        self.faults
+    }
+
+    /// The parts of a face, in the order of their numbers.
+    pub fn parts_of(&self, face: usize) -> impl Iterator<Item = Part> + '_ {
+        let edges = self.mesh.edge(face).map(|_| Part::FaceEdges);
+        let seals = self.mesh.seals(face).iter().enumerate().flat_map(|(i, seal)| {
+            let edges = seal.edge.map(|_| Part::SealEdges(i as u32));
+            std::iter::once(Part::Seal(i as u32)).chain(edges)
+        });
+        std::iter::once(Part::Face).chain(edges).chain(seals)
+    }
+
+    /// The number of parts of all faces.
+    pub fn part_count(&self) -> u32 {
+        match &self.parts {
+            Some(parts) => parts.last().copied().unwrap_or(0),
+            None => self.mesh.face_count() as u32,
+        }
+    }
+
+    /// The number of a face's first part.
+    #[inline]
+    pub fn first_part(&self, face: usize) -> u32 {
+        self.parts.as_ref().map_or(face as u32, |parts| parts[face])
+    }
+
+    /// The face and part of a number below [`part_count`](Geometry::part_count).
+    pub fn part(&self, number: u32) -> (usize, Part) {
+        match &self.parts {
+            None => (number as usize, Part::Face),
+            Some(parts) => {
+                let face = parts.partition_point(|first| *first <= number) - 1;
+                let part = self.parts_of(face).nth((number - parts[face]) as usize);
+                (face, part.expect("a number below the count of parts names a part"))
+            }
+        }
+    }
+}
+
+/// Twice the area of a polygon times its normal (Newell): right for concave polygons, and the best
+/// fit to one that is not planar.
+pub(super) fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
+    let Some(origin) = points.clone().next() else { return DVec3::ZERO };
+    let next = points.clone().skip(1);
+    points.zip(next).map(|(p, q)| (p - origin).cross(q - origin)).sum()
+}
+
+fn flat_and_affine(mesh: &Mesh, faults: &mut Faults) -> Result<Mesh> {
+    let mut flat = Mesh {
+        points: mesh.points.clone(),
+        normals: mesh.normals.clone(),
+        uvs: mesh.uvs.clone(),
+        colors: mesh.colors.clone(),
+        materials: mesh.materials.clone(),
+        ..Mesh::default()
+    };
+    let attributes = !(mesh.normals.is_empty() && mesh.uvs.is_empty() && mesh.colors.is_empty());
+    let mut outline = Vec::new();
+    for at in 0..mesh.face_count() {
+        without_repeats(mesh, mesh.outline(at), &mut outline);
+        let points = || outline.iter().map(|corner| mesh.points[*corner as usize]);
+        let area = area_vector(points());
+        let Some(normal) = area.try_normalize() else {
+            faults.without_area += 1;
+            continue;
+        };
+        if outline.len() == 3 && mesh.is_plain(at) {
+            flat.add_polygon(&outline, mesh.sides(at).front)?;
+            continue;
+        }
+        let mut face = mesh.face(at).unwrap_or_default();
+        face.outline.clone_from(&outline);
+        face.holes.retain_mut(|hole| {
+            without_repeats(mesh, &hole.clone(), hole);
+            hole.len() >= 3
+        });
+        let deviation = deviation(mesh, &face, normal);
+        faults.worst_deviation = faults.worst_deviation.max(deviation.0);
+        let is_planar = deviation.0 <= PLANARITY * deviation.1;
+        let is_affine = !attributes || is_affine(mesh, &face, normal);
+        let is_whole = !face.seals.is_empty() || face.edge.is_some();
+        match (is_planar, is_affine) {
+            (true, true) => {
+                flat.add_face(face)?;
+            }
+            (false, _) if is_whole => {
+                faults.flattened += 1;
+                flat.add_face(face)?;
+            }
+            (true, false) if is_whole => {
+                flat.add_face(face)?;
+            }
+            (is_planar, _) => {
+                faults.not_planar += usize::from(!is_planar);
+                faults.not_affine += usize::from(is_planar);
+                for triangle in triangles(mesh, &face) {
+                    let sides = face.sides;
+                    flat.add_face(Face { outline: triangle.to_vec(), sides, ..Face::default() })?;
+                }
+            }
+        }
+    }
+    Ok(flat)
+}
+
+fn without_repeats(mesh: &Mesh, corners: &[u32], out: &mut Vec<u32>) {
+    let at = |corner: u32| mesh.points[corner as usize];
+    out.clear();
+    for corner in corners {
+        if out.last().is_none_or(|last| at(*last) != at(*corner)) {
+            out.push(*corner);
+        }
+    }
+    while out.len() > 1 && at(out[0]) == at(out[out.len() - 1]) {
+        out.pop();
+    }
+}
+
+/// How far the corners of a face leave its plane, and the face's diameter.
+fn deviation(mesh: &Mesh, face: &Face, normal: DVec3) -> (f64, f64) {
+    let rings = std::iter::once(&face.outline).chain(&face.holes);
+    let points: Vec<DVec3> = rings.flatten().map(|corner| mesh.points[*corner as usize]).collect();
+    let outline = &points[..face.outline.len()];
+    let centre = outline.iter().sum::<DVec3>() / outline.len() as f64;
+    let off = points.iter().map(|p| (*p - centre).dot(normal).abs()).fold(0.0, f64::max);
+    (off, extent(&points))
+}
+
+/// The diagonal of the box around points.
+fn extent(points: &[DVec3]) -> f64 {
+    let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+    let high = points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+    if points.is_empty() { 0.0 } else { (high - low).length() }
+}
+
+/// Three corners of a polygon that span it well, and the weights with which they give a point of its
+/// plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// The corners, as vertices of the mesh.
+    pub corners: [u32; 3],
+    origin: DVec3,
+    u: DVec3,
+    v: DVec3,
+}
+
+impl Frame {
+    /// The frame of a polygon with a normal.
+    pub fn new(mesh: &Mesh, outline: &[u32], normal: DVec3) -> Frame {
+        let at = |corner: u32| mesh.points[corner as usize];
+        let first = outline[0];
+        let far = |from: &dyn Fn(DVec3) -> f64| {
+            let best = outline.iter().max_by(|p, q| from(at(**p)).total_cmp(&from(at(**q))));
+            best.copied().unwrap_or(first)
+        };
+        let second = far(&|p| p.distance_squared(at(first)));
+        let along = at(second) - at(first);
+        let third = if outline.len() == 3 {
+            outline.iter().copied().find(|c| *c != first && *c != second).unwrap_or(second)
+        } else {
+            far(&|p| along.cross(p - at(first)).dot(normal).abs())
+        };
+        let (p, q) = (along, at(third) - at(first));
+        // The dual basis: u . p = 1, u . q = 0, and the other way round.
+        let across = p.cross(q);
+        let area = across.length_squared();
+        let (u, v) = if area > 0.0 {
+            (q.cross(across) / area, across.cross(p) / area)
+        } else {
+            (DVec3::ZERO, DVec3::ZERO)
+        };
+        Frame { corners: [first, second, third], origin: at(first), u, v }
+    }
+
+    /// The weights of the three corners at a point of the plane; they sum to 1.
+    #[inline]
+    pub fn weights(&self, point: DVec3) -> [f32; 3] {
+        let from = point - self.origin;
+        let (s, t) = (from.dot(self.u), from.dot(self.v));
+        [(1.0 - s - t) as f32, s as f32, t as f32]
+    }
+}
+
+fn is_affine(mesh: &Mesh, face: &Face, normal: DVec3) -> bool {
+    let frame = Frame::new(mesh, &face.outline, normal);
+    let [a, b, c] = frame.corners.map(|corner| corner as usize);
+    let rings = std::iter::once(&face.outline).chain(&face.holes);
+    rings.flatten().all(|corner| {
+        let at = *corner as usize;
+        let w = frame.weights(mesh.points[at]);
+        let near = |values: [f32; 4]| {
+            (values[0] * w[0] + values[1] * w[1] + values[2] * w[2] - values[3]).abs() <= AFFINITY
+        };
+        let four = |i: usize| [a, b, c, at].map(|k| mesh.colors[k][i]);
+        (mesh.normals.is_empty()
+            || (0..3).all(|i| near([a, b, c, at].map(|k| mesh.normals[k][i]))))
+            && (mesh.uvs.is_empty() || (0..2).all(|i| near([a, b, c, at].map(|k| mesh.uvs[k][i]))))
+            && (mesh.colors.is_empty() || (0..4).all(|i| near(four(i))))
+    })
+}
+
+/// A polygon with holes, divided into triangles.
+fn triangles(mesh: &Mesh, face: &Face) -> Vec<[u32; 3]> {
+    let mut corners = face.outline.clone();
+    let mut holes: Vec<u32> = Vec::new();
+    for hole in &face.holes {
+        holes.push(corners.len() as u32);
+        corners.extend_from_slice(hole);
+    }
+    let origin = mesh.points[corners[0] as usize];
+    let points: Vec<[f64; 3]> =
+        corners.iter().map(|c| (mesh.points[*c as usize] - origin).to_array()).collect();
+    let mut flat = Vec::new();
+    let mut indices: Vec<u32> = Vec::new();
+    if project3d_to_2d(&points, face.outline.len(), &mut flat) {
+        Earcut::new().earcut(flat.iter().copied(), &holes, &mut indices);
+    }
+    let corner = |i: u32| corners[i as usize];
+    let normal = area_vector(face.outline.iter().map(|c| mesh.points[*c as usize]));
+    let triangles = indices.chunks_exact(3).map(|t| [corner(t[0]), corner(t[1]), corner(t[2])]);
+    triangles
+        .map(|t| {
+            let turned = area_vector(t.iter().map(|c| mesh.points[*c as usize]));
+            if turned.dot(normal) < 0.0 { [t[0], t[2], t[1]] } else { t }
+        })
+        .collect()
+}
+
+/// Finds the planes of faces, one for all faces that lie in it.
+fn share_planes(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
+    let tolerance = COPLANARITY * extent(&mesh.points);
+    let origin = mesh.points.first().copied().unwrap_or(DVec3::ZERO);
+    let mut supports: Vec<Support> = Vec::new();
+    let mut support_of = Vec::with_capacity(mesh.face_count());
+    let mut buckets: HashMap<[i64; 4], Vec<u32>> = HashMap::new();
+    // Planes that are one fall into one bucket or into neighbouring ones.
+    let bucket = |support: &Support| {
+        let offset = (support.point - origin).dot(support.normal) / (tolerance * 1e4).max(1e-300);
+        let n = support.normal * 1e3;
+        [n.x, n.y, n.z, offset]
+    };
+    for at in 0..mesh.face_count() {
+        let outline = mesh.outline(at);
+        let points = || outline.iter().map(|corner| mesh.points[*corner as usize]);
+        let normal = area_vector(points()).try_normalize().unwrap_or(DVec3::Y);
+        let point = points().sum::<DVec3>() / outline.len() as f64;
+        let support = Support { point, normal };
+        let turned = Support { point, normal: -normal };
+        let known = [(&support, 0), (&turned, TURNED)].into_iter().find_map(|(support, turned)| {
+            let found = neighbours(bucket(support)).find_map(|key| {
+                buckets.get(&key)?.iter().copied().find(|candidate| {
+                    let other = &supports[*candidate as usize];
+                    other.normal.dot(support.normal) > 0.0
+                        && points().all(|p| (p - other.point).dot(other.normal).abs() <= tolerance)
+                })
+            });
+            found.map(|index| index | turned)
+        });
+        let index = known.unwrap_or_else(|| {
+            let key = bucket(&support).map(|v| v.floor() as i64);
+            let index = supports.len() as u32;
+            supports.push(support);
+            buckets.entry(key).or_default().push(index);
+            index
+        });
+        support_of.push(index);
+    }
+    (supports, support_of)
+}
+
+/// The bucket of a value, and those whose border it is near.
+fn neighbours(values: [f64; 4]) -> impl Iterator<Item = [i64; 4]> {
+    let near = values.map(|v| {
+        let (cell, within) = (v.floor(), v - v.floor());
+        let other = if within < 0.01 { -1 } else { i64::from(within > 0.99) };
+        (cell as i64, other)
+    });
+    (0..16u32).filter_map(move |mask| {
+        let mut key = [0; 4];
+        for (i, (cell, other)) in near.iter().enumerate() {
+            let moved = mask >> i & 1 == 1;
+            if moved && *other == 0 {
+                return None;
+            }
+            key[i] = cell.saturating_add(if moved { *other } else { 0 });
+        }
+        Some(key)
+    })
+}

@@ -1,0 +1,31 @@
+//! Scenes: the geometry, the surfaces and the cameras that files describe.
+//!
+//! Reading path: [`face`] and [`mesh`] (polygons with holes and seals), [`document`] (plans and the
+//! tree of objects, what files hold), [`shape`] (primitives), [`geometry`] (meshes made ready),
+//! [`flat`] (a plan made ready: what renderers take), [`read`] (formats).
+
+pub mod document;
+pub mod face;
+pub mod flat;
+pub mod geometry;
+pub mod light;
+pub mod material;
+pub mod mesh;
+mod mesh_file;
+pub mod read;
+pub mod shape;
+mod smooth;
+
+pub use document::{Display, Document, Object, Plan, Step, Transform};
+pub use face::{Back, EdgeStyle, Face, Seal, Sides};
+pub use flat::{Instance, Scene};
+pub use geometry::{Geometry, Part};
+pub use light::{Environment, Light, LightKind};
+pub use material::{AlphaMode, Map, Material, Picture};
+pub use mesh::Mesh;
+pub use shape::Shape;
+
+/// Whether a value is its type's default, so that files need not say it.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}

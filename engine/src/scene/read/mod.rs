@@ -1,0 +1,225 @@
+//! Reading scenes.
+//!
+//! | format | ends in | up | unit | remarks |
+//! |---|---|---|---|---|
+//! | glTF 2.0 | `.gltf`, `.glb` | y | 1 m | nodes, meshes, cameras, colours; textures by reference |
+//! | Wavefront | `.obj` (+ `.mtl`) | y | 1 m | polygons stay polygons; objects, groups, vertex colours |
+//! | Stanford | `.ply` | y | 1 m | text and both binary forms |
+//! | Stereolithography | `.stl` | z | 1 mm | text and binary; the vertices of triangles are shared |
+//! | CityJSON 1.0 to 2.0 | `.json` | z | 1 m | interior rings become holes |
+//! | own, text | `.ron` | y | 1 m | the whole model; see [`text`] |
+//! | own, binary | `.scene` | y | 1 m | the whole model; see [`binary`] |
+//!
+//! All are right-handed. What the tables say of up and unit is what the format's own specification
+//! says or, where it says nothing, what its files usually mean; [`ReadOptions`] overrides it. The
+//! conversion is the root object's transform: points stay as the file has them.
+
+pub mod binary;
+mod cityjson;
+mod gltf;
+mod mtl;
+mod obj;
+mod ply;
+mod stl;
+pub mod text;
+
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::document::{Document, Step};
+use super::flat::Scene;
+use super::shape::Shape;
+use crate::error::{Error, Result};
+use crate::key::{Key, KeyHasher};
+
+/// An axis of a file's space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
+pub enum Axis {
+    /// The second coordinate.
+    Y,
+    /// The third.
+    Z,
+}
+
+/// How to read a file; what is absent is as the format says.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Metres per unit of the file.
+    pub unit: Option<f64>,
+    /// The axis that is up.
+    pub up: Option<Axis>,
+    /// A point of the file's space that becomes the origin: for coordinates far from it.
+    pub origin: Option<[f64; 3]>,
+    /// Gives meshes without normals smooth ones, where faces meet at less than this angle in degrees.
+    pub crease: Option<f64>,
+}
+
+/// What was read from a file.
+#[derive(Clone, Debug)]
+pub struct Reading {
+    /// The model.
+    pub document: Arc<Document>,
+    /// The contents of the file and those that it names, and how they were read.
+    pub key: Key,
+    /// What is doubtful in the file and was taken as well as could be.
+    pub notes: Vec<String>,
+}
+
+/// A file being read: its bytes, those of files that it names, and remarks.
+struct Reader {
+    path: PathBuf,
+    key: KeyHasher,
+    notes: Vec<String>,
+}
+
+/// What a format says where the options do not.
+struct Space {
+    unit: f64,
+    up: Axis,
+}
+
+const METRES: Space = Space { unit: 1.0, up: Axis::Y };
+
+/// Reads a scene file of any known format.
+///
+/// # Errors
+/// If the file cannot be read, its format is unknown, or its contents are faulty; the error names the
+/// file and the place in it.
+pub fn document(path: &Path, options: &ReadOptions) -> Result<Reading> {
+    check(options)?;
+    let mut reader =
+        Reader { path: path.to_owned(), key: KeyHasher::new("scene file"), notes: Vec::new() };
+    reader.key.bytes(format!("{options:?}").as_bytes());
+    let bytes = reader.bytes(path)?;
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let (mut document, space) = match extension.as_str() {
+        "gltf" | "glb" => (gltf::read(&mut reader, &bytes)?, METRES),
+        "obj" => (obj::read(&mut reader, &bytes)?, METRES),
+        "ply" => (ply::read(&mut reader, &bytes)?, METRES),
+        "stl" => (stl::read(&mut reader, &bytes)?, Space { unit: 0.001, up: Axis::Z }),
+        "json" => (cityjson::read(&mut reader, &bytes)?, Space { unit: 1.0, up: Axis::Z }),
+        "ron" => (text::parse(path, &bytes)?, METRES),
+        "scene" => (binary::parse(path, &bytes)?, METRES),
+        _ => {
+            return Err(Error::in_file(
+                path,
+                "not a scene format that is known: expected .gltf, .glb, .obj, .ply, .stl, .json \
+                 (CityJSON), .ron or .scene",
+            ));
+        }
+    };
+    place(&mut document, options, &space);
+    if let Some(angle) = options.crease {
+        smooth(&mut document, angle);
+    }
+    let Reader { key, notes, .. } = reader;
+    Ok(Reading { document: Arc::new(document), key: key.finish(), notes })
+}
+
+/// Reads a scene file and makes a plan of it ready.
+///
+/// # Errors
+/// As [`document`] and [`Scene::new`].
+pub fn scene(path: &Path, plan: Option<&str>, label: &str, options: &ReadOptions) -> Result<Scene> {
+    let reading = document(path, options)?;
+    let directory = path.parent().unwrap_or(Path::new(""));
+    let scene = Scene::new(&reading.document, plan, label, reading.key, directory);
+    let mut scene = scene.map_err(|error| match error {
+        Error::Invalid(message) => Error::in_file(path, message),
+        other => other,
+    })?;
+    scene.notes.splice(0..0, reading.notes);
+    Ok(scene)
+}
+
+fn check(options: &ReadOptions) -> Result<()> {
+    if options.unit.is_some_and(|unit| !(unit > 0.0 && unit.is_finite())) {
+        return Err(Error::invalid("`unit` is metres per unit of the file: a number above 0"));
+    }
+    if options.crease.is_some_and(|angle| !(0.0..=180.0).contains(&angle)) {
+        return Err(Error::invalid("`crease` is an angle: 0 to 180 degrees"));
+    }
+    if options.origin.is_some_and(|origin| origin.iter().any(|v| !v.is_finite())) {
+        return Err(Error::invalid("`origin` has a number that is not finite"));
+    }
+    Ok(())
+}
+
+/// Brings the file's space to metres, y up, by the root objects' transforms.
+fn place(document: &mut Document, options: &ReadOptions, space: &Space) {
+    let mut steps = Vec::new();
+    if let Some([x, y, z]) = options.origin {
+        steps.push(Step::Move(-x, -y, -z));
+    }
+    if options.up.unwrap_or(space.up) == Axis::Z {
+        steps.push(Step::TurnX(-90.0));
+    }
+    let unit = options.unit.unwrap_or(space.unit);
+    if unit != 1.0 {
+        steps.push(Step::Scale(unit));
+    }
+    for plan in &mut document.plans {
+        plan.root.transform.0.extend_from_slice(&steps);
+    }
+}
+
+fn smooth(document: &mut Document, angle: f64) {
+    fn visit(object: &mut super::Object, angle: f64) {
+        if let Shape::Faces(mesh) = &mut object.shape {
+            mesh.smooth(angle);
+        }
+        object.children.iter_mut().for_each(|child| visit(child, angle));
+    }
+    for plan in &mut document.plans {
+        visit(&mut plan.root, angle);
+        plan.definitions.values_mut().for_each(|object| visit(object, angle));
+    }
+}
+
+impl Reader {
+    /// Reads a file and adds its contents to the key.
+    fn bytes(&mut self, path: &Path) -> Result<Vec<u8>> {
+        let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+        self.key.bytes(&bytes);
+        Ok(bytes)
+    }
+
+    /// Reads a file that this one names, if there is one.
+    fn sibling(&mut self, name: &str) -> Result<(PathBuf, Vec<u8>)> {
+        let path = self.path.parent().unwrap_or(Path::new("")).join(name);
+        let bytes = self.bytes(&path)?;
+        Ok((path, bytes))
+    }
+
+    /// Remarks on something doubtful.
+    fn note(&mut self, message: impl std::fmt::Display) {
+        let note = format!("{}: {message}", self.path.display());
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
+        }
+    }
+
+    /// The file's name without its ending.
+    fn stem(&self) -> String {
+        let name = self.path.file_name().and_then(|name| name.to_str()).unwrap_or("scene");
+        name.split('.').next().unwrap_or(name).to_owned()
+    }
+
+    fn fault(&self, message: impl Into<String>) -> Error {
+        Error::in_file(&self.path, message)
+    }
+}
+
+/// Makes names of siblings unique by numbering those that repeat.
+#[derive(Default)]
+struct Names(std::collections::HashMap<String, u32>);
+
+impl Names {
+    fn unique(&mut self, name: &str) -> String {
+        let name = name.trim().replace('/', "_");
+        let count = self.0.entry(name.clone()).or_insert(0);
+        *count += 1;
+        if *count == 1 { name } else { format!("{name}#{count}") }
+    }
+}
