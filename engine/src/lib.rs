@@ -11,3 +11,4 @@ pub mod span;
 
 pub use error::{Error, Result};
 pub mod scene;
+pub mod visible;

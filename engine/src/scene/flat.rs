@@ -136,12 +136,13 @@ impl Scene {
         self.instances.iter().map(|instance| instance.geometry.mesh().face_count()).sum()
     }
 
-    /// The instance, the face and the part of a number below [`part_count`](Scene::part_count).
-    pub fn part(&self, ordinal: u32) -> (&Instance, usize, Part) {
+    /// The place of the instance, the face and the part of a number below
+    /// [`part_count`](Scene::part_count).
+    pub fn part(&self, ordinal: u32) -> (usize, usize, Part) {
         let at = self.instances.partition_point(|i| i.first_ordinal <= ordinal) - 1;
         let instance = &self.instances[at];
         let (face, part) = instance.geometry.part(ordinal - instance.first_ordinal);
-        (instance, face, part)
+        (at, face, part)
     }
 
     /// What had to be changed to make the meshes ready, mesh by mesh.

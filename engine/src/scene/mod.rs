@@ -15,6 +15,7 @@ mod mesh_file;
 pub mod read;
 pub mod shape;
 mod smooth;
+pub mod surfaces;
 
 pub use document::{Display, Document, Object, Plan, Step, Transform};
 pub use face::{Back, EdgeStyle, Face, Seal, Sides};
@@ -24,6 +25,7 @@ pub use light::{Environment, Light, LightKind};
 pub use material::{AlphaMode, Map, Material, Picture};
 pub use mesh::Mesh;
 pub use shape::Shape;
+pub use surfaces::SceneSurfaces;
 
 /// Whether a value is its type's default, so that files need not say it.
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {

@@ -2,6 +2,7 @@
 //! the total order.
 
 use glam::DVec2;
+use rayon::prelude::*;
 
 use crate::camera::Plane;
 use crate::error::{Error, Result};
@@ -200,6 +201,8 @@ impl<'a> Ring<'a> {
 #[derive(Debug, Default)]
 pub struct FaceTableBuilder {
     table: FaceTable,
+    /// Points that the finished table will have before this builder's own.
+    shared: u32,
 }
 
 /// What a builder is told of a face, beside its rings.
@@ -223,17 +226,53 @@ impl FaceTableBuilder {
         FaceTableBuilder::default()
     }
 
+    /// A part of a table, to be [appended](FaceTableBuilder::append) where `shared` points stand
+    /// already, which its faces may use as the points 0 to `shared`.
+    pub fn over(shared: u32) -> FaceTableBuilder {
+        FaceTableBuilder { shared, ..FaceTableBuilder::default() }
+    }
+
+    /// Whether no face was added.
+    pub fn is_empty(&self) -> bool {
+        self.table.faces.is_empty()
+    }
+
     /// Adds points on the screen, in pixels, and returns the index of the first.
     ///
     /// # Errors
     /// If the table is full (2^31 points).
     pub fn points(&mut self, points: impl IntoIterator<Item = DVec2>) -> Result<u32> {
-        let first = self.table.points.len();
+        let first = self.table.points.len() + self.shared as usize;
         self.table.points.extend(points);
-        if self.table.points.len() >= END_OF_RING as usize {
+        if self.table.points.len() + self.shared as usize >= END_OF_RING as usize {
             return Err(Error::invalid("a source with more than 2^31 vertices: divide the scene"));
         }
         Ok(first as u32)
+    }
+
+    /// Appends a part whose shared points begin at `base` of this table's points.
+    ///
+    /// # Errors
+    /// If the table is full.
+    pub fn append(&mut self, part: FaceTableBuilder, base: u32) -> Result<()> {
+        let FaceTableBuilder { table: part, shared } = part;
+        let own = self.points(part.points)?;
+        let (corners, places) = (self.table.corners.len(), self.table.faces.len());
+        if corners + part.corners.len() > u32::MAX as usize {
+            return Err(Error::invalid("a source with more than 2^32 corners: divide the scene"));
+        }
+        self.table.corners.extend(part.corners.iter().map(|corner| {
+            let (point, end) = (corner & !END_OF_RING, corner & END_OF_RING);
+            end | if point < shared { base + point } else { own + (point - shared) }
+        }));
+        self.table.faces.extend(part.faces.into_iter().map(|mut face| {
+            face.first_corner += corners as u32;
+            if let Role::Seal(parent) = &mut face.role {
+                *parent += places as u32;
+            }
+            face
+        }));
+        Ok(())
     }
 
     /// Adds a face with the rings given as indices of points; returns its place in the table.
@@ -267,24 +306,28 @@ impl FaceTableBuilder {
         if place == u32::MAX || self.table.corners.len() > u32::MAX as usize {
             return Err(Error::invalid("a source with more than 2^32 corners: divide the scene"));
         }
-        let mut face = Face {
+        self.table.faces.push(Face {
             ordinal,
             plane,
             rank,
             role,
             sees_front,
-            is_monotone: false,
+            is_monotone: ring_count == 1 && role == Role::Face,
             first_corner: first_corner as u32,
             corners: corners as u32,
-        };
-        face.is_monotone = ring_count == 1 && role == Role::Face && is_monotone(self.table.outline(&face));
-        self.table.faces.push(face);
+        });
         Ok(place)
     }
 
     /// The finished table.
     pub fn finish(self) -> FaceTable {
-        self.table
+        let FaceTable { mut faces, corners, points } = self.table;
+        faces.par_iter_mut().filter(|face| face.is_monotone && face.corners > 3).for_each(|face| {
+            let first = face.first_corner as usize;
+            let corners = &corners[first..first + face.corners as usize];
+            face.is_monotone = is_monotone(Ring { corners, points: &points });
+        });
+        FaceTable { faces, corners, points }
     }
 
     /// The union of two tables of one source, by ordinal, and the place in it of each face of either.
@@ -326,9 +369,6 @@ impl FaceTableBuilder {
 /// Whether every line crosses a ring at most twice: along y it goes down once and up once.
 fn is_monotone(ring: Ring<'_>) -> bool {
     let n = ring.len();
-    if n == 3 {
-        return true;
-    }
     let mut changes = 0;
     let mut previous = None;
     let mut first = None;

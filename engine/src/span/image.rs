@@ -123,6 +123,23 @@ impl SpanImage {
         SpanImage { view, plan, rows, sources: Vec::new(), bases: Vec::new(), lines }
     }
 
+    /// An image of sources on which nothing is seen yet.
+    ///
+    /// # Errors
+    /// If the sources have more faces than ids (2^32 - 1).
+    pub fn frame(view: View, plan: LinePlan, rows: Rows, sources: Vec<Source>) -> Result<SpanImage> {
+        let empty = SpanImage::empty(view, plan, rows);
+        let sources = sources.into_iter().map(|source| vec![Arc::new(source)]).collect();
+        assemble(std::slice::from_ref(&empty), sources).map(|(frame, _)| frame)
+    }
+
+    /// The image with other lines, whose ids are this one's.
+    #[must_use]
+    pub fn with_lines(self, lines: Lines) -> SpanImage {
+        debug_assert_eq!(lines.range(), self.plan.lines(&self.rows));
+        SpanImage { lines: Arc::new(lines), ..self }
+    }
+
     /// The projection.
     pub fn view(&self) -> &View {
         &self.view

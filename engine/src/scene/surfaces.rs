@@ -1,0 +1,175 @@
+//! What a scene knows of its faces: the colours and normals of fragments.
+
+use glam::{DAffine3, DMat3, DVec3, Vec3};
+use std::sync::Arc;
+
+use super::face::{Back, Sides};
+use super::flat::{Instance, Scene};
+use super::geometry::{Frame, Part};
+use crate::color::Color;
+use crate::fragment::{Columns, Fragments, Surfaces};
+
+/// A scene as the surfaces of a source.
+#[derive(Debug)]
+pub struct SceneSurfaces {
+    scene: Arc<Scene>,
+    /// Of each instance: from the world to the object, and how normals turn to the world.
+    places: Vec<(DAffine3, DMat3)>,
+}
+
+/// What all fragments of a part have in common.
+struct Look<'s> {
+    instance: &'s Instance,
+    place: &'s (DAffine3, DMat3),
+    /// Material colour, or the edge's.
+    color: Color,
+    unlit: bool,
+    /// The unit normal of the front in world axes.
+    normal: DVec3,
+    /// Present where a vertex attribute is interpolated.
+    frame: Option<Frame>,
+    sees_front: bool,
+}
+
+impl SceneSurfaces {
+    /// The surfaces of a scene.
+    pub fn new(scene: Arc<Scene>) -> SceneSurfaces {
+        let place = |instance: &Instance| {
+            let world = &instance.world_from_object;
+            (world.inverse(), normal_matrix(&world.matrix3))
+        };
+        let places = scene.instances.iter().map(place).collect();
+        SceneSurfaces { scene, places }
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    fn look(&self, ordinal: u32, sees_front: bool) -> Look<'_> {
+        let (at, face, part) = self.scene.part(ordinal);
+        let instance = &self.scene.instances[at];
+        let mesh = instance.geometry.mesh();
+        let sides = match part {
+            Part::Face | Part::FaceEdges => mesh.sides(face),
+            Part::Seal(i) | Part::SealEdges(i) => mesh.seals(face)[i as usize].sides,
+        };
+        let edge = match part {
+            Part::FaceEdges => mesh.edge(face),
+            Part::SealEdges(i) => mesh.seals(face)[i as usize].edge,
+            _ => None,
+        };
+        let material = &self.scene.materials[instance.material_of(sides, sees_front) as usize];
+        let (color, unlit) = match edge {
+            Some(edge) => (edge.color, true),
+            None => (material.color, material.unlit),
+        };
+        let place = &self.places[at];
+        let front = instance.geometry.normal(face);
+        let interpolates = edge.is_none() && !(mesh.colors.is_empty() && mesh.normals.is_empty());
+        let frame = interpolates.then(|| Frame::new(mesh, mesh.outline(face), front));
+        let normal = (place.1 * front).normalize_or_zero();
+        Look { instance, place, color, unlit, normal, frame, sees_front }
+    }
+}
+
+impl Look<'_> {
+    fn at(&self, world: DVec3) -> (Color, Vec3) {
+        let (mut color, mut normal) = (self.color, self.normal);
+        if let Some(frame) = &self.frame {
+            let mesh = self.instance.geometry.mesh();
+            let weights = frame.weights(self.place.0.transform_point3(world));
+            let corners = frame.corners.map(|corner| corner as usize);
+            if !mesh.colors.is_empty() {
+                let mixed = |i: usize| {
+                    let values = corners.iter().zip(weights).map(|(c, w)| mesh.colors[*c][i] * w);
+                    values.sum::<f32>()
+                };
+                color = color * Color::new(mixed(0), mixed(1), mixed(2));
+            }
+            if !mesh.normals.is_empty() {
+                let mixed: Vec3 =
+                    corners.iter().zip(weights).map(|(c, w)| mesh.normals[*c] * w).sum();
+                normal = (self.place.1 * mixed.as_dvec3()).try_normalize().unwrap_or(self.normal);
+            }
+        }
+        (color, if self.sees_front { normal } else { -normal }.as_vec3())
+    }
+}
+
+impl Surfaces for SceneSurfaces {
+    fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>) {
+        let (colors, normals) = (wanted.contains(Columns::COLOR), wanted.contains(Columns::NORMAL));
+        if !colors && !normals {
+            return;
+        }
+        let mut last: Option<(u32, Look<'_>)> = None;
+        for i in 0..fragments.len() {
+            let (ordinal, sees_front) = (fragments.ordinal[i], fragments.sees_front[i]);
+            let (_, look) = match last.take().filter(|(known, _)| *known == ordinal) {
+                Some(known) => last.insert(known),
+                None => last.insert((ordinal, self.look(ordinal, sees_front))),
+            };
+            let world = match (&look.frame, fragments.position.get(i)) {
+                (None, _) => DVec3::ZERO,
+                (Some(_), Some(position)) => *position,
+                (Some(_), None) => {
+                    let (x, y) = (fragments.x[i], fragments.y[i]);
+                    fragments.view.world_point(x, y, fragments.depth[i])
+                }
+            };
+            let (color, normal) = look.at(world);
+            if colors {
+                fragments.color.push(color);
+                fragments.unlit.push(look.unlit);
+            }
+            if normals {
+                fragments.normal.push(normal);
+            }
+        }
+    }
+
+    fn varying(&self, ordinal: u32) -> Columns {
+        let (at, face, part) = self.scene.part(ordinal);
+        let instance = &self.scene.instances[at];
+        if matches!(part, Part::FaceEdges | Part::SealEdges(_)) {
+            return Columns::NONE;
+        }
+        let mesh = instance.geometry.mesh();
+        let outline = mesh.outline(face);
+        let first = outline[0] as usize;
+        let differs = |same: &dyn Fn(usize) -> bool| outline.iter().any(|c| !same(*c as usize));
+        let mut varying = Columns::NONE;
+        if !mesh.colors.is_empty() && differs(&|c| mesh.colors[c] == mesh.colors[first]) {
+            varying = varying | Columns::COLOR;
+        }
+        if !mesh.normals.is_empty() && differs(&|c| mesh.normals[c] == mesh.normals[first]) {
+            varying = varying | Columns::NORMAL;
+        }
+        varying
+    }
+
+    fn object(&self, ordinal: u32) -> String {
+        self.scene.instances[self.scene.part(ordinal).0].path.clone()
+    }
+}
+
+impl Instance {
+    /// The number of the material that the front or the back of a face or seal shows.
+    pub fn material_of(&self, sides: Sides, front: bool) -> u32 {
+        let index = match (front, sides.back) {
+            (false, Back::Material(index)) => Some(index),
+            _ => sides.front,
+        };
+        index.and_then(|i| self.palette.get(i as usize).copied()).unwrap_or(self.material)
+    }
+}
+
+/// The matrix that turns normals as a matrix turns surfaces: its cofactors, signed so that a mirrored
+/// object's fronts stay fronts.
+pub fn normal_matrix(matrix: &DMat3) -> DMat3 {
+    let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *matrix;
+    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    if matrix.determinant() < 0.0 { cofactors * -1.0 } else { cofactors }
+}

@@ -1,0 +1,111 @@
+//! Polygons that reach behind the eye or far off the raster.
+//!
+//! A polygon is cut, in homogeneous coordinates, at the four sides of a *guard*: the raster and a wide
+//! margin. The four half-spaces meet only in front of the eye, so that no near plane is needed, and
+//! what remains has finite corners with all their precision. Outside the raster it does not matter
+//! where the cut runs; inside nothing is changed.
+
+use glam::DVec2;
+
+use crate::camera::Homogeneous;
+use crate::raster::Raster;
+
+/// Width of the margin around the raster, in pixels.
+const MARGIN: f64 = 65_536.0;
+
+/// The guard of a raster.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Guard {
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Guard {
+    pub(super) fn new(raster: Raster) -> Guard {
+        let high = DVec2::new(f64::from(raster.width), f64::from(raster.height)) + MARGIN;
+        Guard { low: DVec2::splat(-MARGIN), high }
+    }
+
+    /// The point on the screen, in pixels, if it is in front of the eye and inside the guard.
+    #[inline(always)]
+    pub(super) fn screen(&self, p: &Homogeneous) -> Option<DVec2> {
+        let point = DVec2::new(p.x / p.w, p.y / p.w);
+        let inside = p.w > 0.0
+            && point.x >= self.low.x
+            && point.x <= self.high.x
+            && point.y >= self.low.y
+            && point.y <= self.high.y;
+        inside.then_some(point)
+    }
+
+    /// Cuts a ring (Sutherland and Hodgman). The cuts of a concave ring may be joined along the guard's
+    /// sides; such joints lie outside the raster and enclose nothing.
+    pub(super) fn clip(&self, ring: &[Homogeneous]) -> Vec<Homogeneous> {
+        let sides: [&dyn Fn(&Homogeneous) -> f64; 4] = [
+            &|p| p.x - self.low.x * p.w,
+            &|p| self.high.x * p.w - p.x,
+            &|p| p.y - self.low.y * p.w,
+            &|p| self.high.y * p.w - p.y,
+        ];
+        sides.iter().fold(ring.to_vec(), |ring, inside| {
+            let mut out = Vec::with_capacity(ring.len() + 2);
+            for (i, q) in ring.iter().enumerate() {
+                let p = &ring[(i + ring.len() - 1) % ring.len()];
+                let (at_p, at_q) = (inside(p), inside(q));
+                if (at_p >= 0.0) != (at_q >= 0.0) {
+                    out.push(cut(p, at_p, q, at_q));
+                }
+                if at_q >= 0.0 {
+                    out.push(*q);
+                }
+            }
+            out.retain(|p| p.w > 0.0);
+            out
+        })
+    }
+}
+
+/// The point of an edge at which a linear function vanishes. The ends are sorted first, so that two
+/// faces cut their common edge at the same point in every bit.
+fn cut(p: &Homogeneous, at_p: f64, q: &Homogeneous, at_q: f64) -> Homogeneous {
+    let key = |p: &Homogeneous| [p.w, p.x, p.y];
+    let sorted = key(p).partial_cmp(&key(q)).is_none_or(|order| order.is_le());
+    let (p, at_p, q, at_q) = if sorted { (p, at_p, q, at_q) } else { (q, at_q, p, at_p) };
+    let t = at_p / (at_p - at_q);
+    let mix = |a: f64, b: f64| a + (b - a) * t;
+    Homogeneous { x: mix(p.x, q.x), y: mix(p.y, q.y), r: mix(p.r, q.r), w: mix(p.w, q.w) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_road_under_the_eye_is_cut_before_it() {
+        let guard = Guard::new(Raster::new(100, 100).unwrap());
+        // A strip on the ground from far ahead to behind the eye: y = w-proportional below the eye.
+        let at = |x: f64, d: f64| Homogeneous { x: 50.0 * d + x, y: 50.0 * d + 100.0, r: 1.0, w: d };
+        let ring = guard.clip(&[at(-10.0, -5.0), at(10.0, -5.0), at(10.0, 100.0), at(-10.0, 100.0)]);
+        assert!(ring.len() >= 4);
+        for p in &ring {
+            assert!(guard.screen(p).is_some() || p.y / p.w > 65_000.0, "{p:?}");
+            assert!(p.w > 0.0);
+        }
+        let lowest = ring.iter().map(|p| p.y / p.w).fold(0.0, f64::max);
+        assert!(lowest > 100.0, "the strip leaves the picture below: {lowest}");
+    }
+
+    #[test]
+    fn neighbours_cut_their_edge_at_one_point() {
+        let p = Homogeneous { x: 3.0, y: 1.0, r: 1.0, w: 2.0 };
+        let q = Homogeneous { x: -7.0, y: 5.0, r: 1.0, w: -1.0 };
+        assert_eq!(cut(&p, 0.3, &q, -0.9), cut(&q, -0.9, &p, 0.3));
+    }
+
+    #[test]
+    fn what_is_behind_the_eye_vanishes() {
+        let guard = Guard::new(Raster::new(100, 100).unwrap());
+        let behind = |x: f64| Homogeneous { x, y: x * x, r: 1.0, w: -1.0 };
+        assert!(guard.clip(&[behind(0.0), behind(1.0), behind(2.0)]).is_empty());
+    }
+}

@@ -1,0 +1,90 @@
+//! Visible surfaces: from scenes to span images.
+//!
+//! The scan-line method of both papers, [N] and [D] "Shading display with shadow": faces are sorted
+//! into buckets by y, and every line finds the visible one among the faces that it meets. "Visible" is
+//! the winner rule of [`crate::span::order`], the same that merges images, so that rendering clusters
+//! apart and merging them gives the same bits as rendering them together.
+//!
+//! Reading path: [`setup`] (faces on the screen), `band` (where a face meets lines), `tiles` (the
+//! visible part of all).
+
+mod band;
+mod bins;
+mod clip;
+pub mod setup;
+mod tiles;
+
+use std::sync::Arc;
+
+use crate::camera::View;
+use crate::error::{Error, Result};
+use crate::raster::{LinePlan, Rows};
+use crate::scene::{Scene, SceneSurfaces};
+use crate::span::{Lines, Source, SpanImage, line};
+use band::{Band, LANES, Limits};
+
+/// Renders scenes together into a span image of the given rows, by the scan-line method.
+///
+/// # Errors
+/// If the rows exceed the raster, or the scenes have more faces than an image holds.
+pub fn render(scenes: &[Arc<Scene>], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
+    let frame = frame(scenes, view, plan, rows)?;
+    let lines = tiles::solve(&frame);
+    Ok(frame.with_lines(lines))
+}
+
+/// Renders as [`render`] does, line by line and without any cleverness: all segments of a line, halved
+/// and merged. Slow; what the fast way is tested against.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_by_merging(
+    scenes: &[Arc<Scene>],
+    view: &View,
+    plan: LinePlan,
+    rows: Rows,
+) -> Result<SpanImage> {
+    let frame = frame(scenes, view, plan, rows)?;
+    let raster = view.raster();
+    let limits = Limits::new(view);
+    let all = frame.plan().lines(&frame.rows());
+    let lines = Lines::compute(all.clone(), |k, out| {
+        let number = (k - all.start) / LANES as u32;
+        let band = Band::new(view, plan, &all, number);
+        let y = band.y[(k - band.first) as usize];
+        let on_line = |face| frame.on_line(face, y);
+        let mut segments = Vec::new();
+        for (at, source) in frame.sources().iter().enumerate() {
+            for (place, face) in source.faces.faces().iter().enumerate() {
+                let id = frame.id(at, place);
+                for segment in band::segments(&source.faces, face, y, raster) {
+                    let seen = limits.cut(segment, &on_line(id), y, raster);
+                    if !seen.is_empty() {
+                        segments.push((seen, id));
+                    }
+                }
+            }
+        }
+        line::envelope(&segments, raster.cells(), &on_line, out);
+    });
+    Ok(frame.with_lines(lines))
+}
+
+/// The image of scenes before anything is solved.
+fn frame(scenes: &[Arc<Scene>], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
+    if rows.start > rows.end || rows.end > view.raster().height {
+        let height = view.raster().height;
+        return Err(Error::invalid(format!("rows {} to {} of {height}", rows.start, rows.end)));
+    }
+    let source = |scene: &Arc<Scene>| -> Result<Source> {
+        Ok(Source {
+            label: scene.label.clone(),
+            scene: scene.key,
+            surfaces: Arc::new(SceneSurfaces::new(scene.clone())),
+            stack: Vec::new(),
+            faces: Arc::new(setup::face_table(scene, view, plan)?),
+        })
+    };
+    let sources = scenes.iter().map(source).collect::<Result<Vec<_>>>()?;
+    SpanImage::frame(view.clone(), plan, rows, sources)
+}
