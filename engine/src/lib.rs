@@ -4,11 +4,13 @@ pub mod camera;
 pub mod color;
 pub mod error;
 pub mod fragment;
+pub mod image;
 pub mod key;
 pub mod math;
 pub mod raster;
+pub mod resolve;
+pub mod scene;
 pub mod span;
+pub mod visible;
 
 pub use error::{Error, Result};
-pub mod scene;
-pub mod visible;

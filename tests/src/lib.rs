@@ -1,0 +1,5 @@
+//! What tests and benches share: generated scenes, random numbers, the folder of real data.
+
+pub mod random;
+pub mod scenes;
+pub mod town;

@@ -2,11 +2,12 @@
 
 use rayon::prelude::*;
 use std::cmp::Ordering;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::line::{self, Span};
 use super::{Face, FaceId, OnLine, Source};
 use crate::camera::View;
+use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::Shader;
 use crate::raster::{LinePlan, Rows};
@@ -99,6 +100,7 @@ pub struct SpanImage {
     /// The id of each source's first face.
     bases: Vec<u32>,
     lines: Arc<Lines>,
+    intensities: OnceLock<Arc<Intensities>>,
 }
 
 impl SpanImage {
@@ -113,6 +115,7 @@ impl SpanImage {
             sources: vec![Arc::new(source)],
             bases: vec![0],
             lines: Arc::new(lines),
+            intensities: OnceLock::new(),
         }
     }
 
@@ -120,7 +123,15 @@ impl SpanImage {
     pub fn empty(view: View, plan: LinePlan, rows: Rows) -> SpanImage {
         let background = |_, out: &mut Vec<Span>| out.push(Span { x: 0, face: FaceId::NONE });
         let lines = Arc::new(Lines::compute(plan.lines(&rows), background));
-        SpanImage { view, plan, rows, sources: Vec::new(), bases: Vec::new(), lines }
+        SpanImage {
+            view,
+            plan,
+            rows,
+            sources: Vec::new(),
+            bases: Vec::new(),
+            lines,
+            intensities: OnceLock::new(),
+        }
     }
 
     /// An image of sources on which nothing is seen yet.
@@ -137,7 +148,7 @@ impl SpanImage {
     #[must_use]
     pub fn with_lines(self, lines: Lines) -> SpanImage {
         debug_assert_eq!(lines.range(), self.plan.lines(&self.rows));
-        SpanImage { lines: Arc::new(lines), ..self }
+        SpanImage { lines: Arc::new(lines), intensities: OnceLock::new(), ..self }
     }
 
     /// The projection.
@@ -198,6 +209,11 @@ impl SpanImage {
     pub fn on_line(&self, id: FaceId, y: f64) -> OnLine {
         let (_, face) = self.face(id);
         OnLine::new(&face.plane, face.rank, id, y, self.view.raster())
+    }
+
+    /// The memo of intensities, which belongs to these sources' stacks and these lines.
+    pub(crate) fn intensities(&self) -> &OnceLock<Arc<Intensities>> {
+        &self.intensities
     }
 
     /// Bytes held, shared parts included.
@@ -266,6 +282,24 @@ impl SpanImage {
             return mismatch("the range of rows", rows(&self.rows), rows(&other.rows));
         }
         Ok(())
+    }
+}
+
+/// By face id, the colour of every visible face that is shaded alike all over: [N]'s stored
+/// intensities.
+#[derive(Debug, Default)]
+pub struct Intensities(Vec<Option<Color>>);
+
+impl Intensities {
+    /// Intensities by face id.
+    pub(crate) fn new(colors: Vec<Option<Color>>) -> Intensities {
+        Intensities(colors)
+    }
+
+    /// The intensity of a face, if it is shaded alike all over and visible.
+    #[inline(always)]
+    pub fn of(&self, face: FaceId) -> Option<Color> {
+        self.0[face.0 as usize]
     }
 }
 
@@ -396,6 +430,7 @@ fn assemble(
         sources: united,
         bases,
         lines,
+        intensities: OnceLock::new(),
     };
     Ok((frame, places))
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::face::{FaceTable, FaceTableBuilder};
 use crate::error::Result;
-use crate::fragment::{Columns, Shader, Surfaces};
+use crate::fragment::{Columns, Fragments, Shader, Surfaces};
 use crate::key::Key;
 
 /// The faces of one scene under one shading stack. Merging unites sources; a shader applies to the
@@ -48,6 +48,23 @@ impl Source {
     /// uniform intensity.
     pub fn shades_alike(&self, ordinal: u32) -> bool {
         !self.reads().meets(self.surfaces.varying(ordinal) | Columns::PLACE)
+    }
+
+    /// Fills and shades a batch of this source's fragments: its surfaces first, then its stack.
+    pub fn shade(&self, fragments: &mut Fragments<'_>) {
+        if fragments.is_empty() {
+            return;
+        }
+        fragments.fill(self.reads(), &*self.surfaces);
+        for shader in &self.stack {
+            shader.shade(fragments);
+        }
+    }
+
+    /// The name of the object that a face belongs to, with its source's: `"cars.glb/truck/wheel"`.
+    pub fn object(&self, ordinal: u32) -> String {
+        let path = self.surfaces.object(ordinal);
+        if path.is_empty() { self.label.clone() } else { format!("{}/{path}", self.label) }
     }
 
     /// The same source with the faces of `other`, which must be equal in order, added. Returns it with

@@ -1,0 +1,225 @@
+//! From lines to pixels: which faces cover a pixel, and how much of it ([N] eqs. 1 to 6).
+//!
+//! All lines of a row are walked together from left to right. Where every one of them shows the same
+//! face over whole pixels, they are passed in one step, [N] eq. 5; only pixels with a boundary in them
+//! are added up line by line, eqs. 3, 4 and 6.
+
+use super::boundary::Boundaries;
+use super::rule::{Framing, Rule, Share, shares};
+use crate::span::{FaceId, SpanImage};
+
+/// A face's share of some pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cover {
+    /// The face, or [`FaceId::NONE`] for background.
+    pub face: FaceId,
+    /// First pixel, a column of the picture.
+    pub start: u32,
+    /// One beyond the last pixel. More than one pixel only if the face covers all of them whole.
+    pub end: u32,
+    /// The share of a pixel, above 0 and at most 1. Those of a pixel sum to 1.
+    pub area: f32,
+    /// A point of the picture, in pixels from the left, in the middle of what is covered.
+    pub x: f64,
+    /// A point of the raster, in pixels from the top, in the middle of what is covered.
+    pub y: f64,
+}
+
+/// A strip of a row: one line's boundaries, in pixels of the picture.
+#[derive(Default)]
+struct Strip {
+    weight: f64,
+    /// Where its points lie, in raster pixels from the top.
+    y: f64,
+    /// The faces from left to right, background beyond the raster included.
+    faces: Vec<FaceId>,
+    /// The left boundary of each face, at the top and the bottom of the strip; one more than faces.
+    top: Vec<f64>,
+    bottom: Vec<f64>,
+    /// The face at the pixel that is looked at.
+    cursor: usize,
+}
+
+/// Computes rows of coverage of one image.
+pub struct Coverage<'a> {
+    image: &'a SpanImage,
+    rule: Rule,
+    framing: &'a Framing,
+    boundaries: Boundaries<'a>,
+    strips: Vec<Strip>,
+}
+
+impl<'a> Coverage<'a> {
+    /// Coverage of an image, which must have the rule's line plan.
+    pub fn new(image: &'a SpanImage, rule: Rule, framing: &'a Framing) -> Coverage<'a> {
+        let boundaries = Boundaries::new(image);
+        Coverage { image, rule, framing, boundaries, strips: Vec::new() }
+    }
+
+    /// The covers of a row of the picture, pixel by pixel from left to right. Appends to `out`.
+    pub fn row(&mut self, row: u32, out: &mut Vec<Cover>) {
+        let plan = self.image.plan();
+        let all = plan.lines(&(0..self.image.view().raster().height));
+        let shares = shares(self.rule, plan, self.framing, row, all.end);
+        self.strips.resize_with(shares.len().max(self.strips.len()), Strip::default);
+        for (i, share) in shares.iter().enumerate() {
+            self.fill(i, share);
+        }
+        let strips = &mut self.strips[..shares.len()];
+        let mut pixel = self.framing.columns.start;
+        while pixel < self.framing.columns.end {
+            let x = f64::from(pixel);
+            let mut run = f64::from(self.framing.columns.end);
+            let mut whole = true;
+            for strip in strips.iter_mut() {
+                while strip.right_max() <= x {
+                    strip.cursor += 1;
+                }
+                whole &= strip.left_max() <= x;
+                run = run.min(strip.right_min().floor());
+            }
+            let face = strips.first().map_or(FaceId::NONE, Strip::face);
+            if whole && run > x && strips.iter().all(|strip| strip.face() == face) {
+                let y = strips.iter().map(|strip| strip.weight * strip.y).sum();
+                let end = run as u32;
+                out.push(Cover { face, start: pixel, end, area: 1.0, x: x + 0.5, y });
+                pixel = end;
+            } else {
+                add_pixel(strips, pixel, out);
+                pixel += 1;
+            }
+        }
+    }
+
+    /// Places the boundaries of a share's line in the picture.
+    fn fill(&mut self, i: usize, share: &Share) {
+        let Coverage { image, rule, framing, boundaries, strips } = self;
+        let strip = &mut strips[i];
+        strip.weight = share.weight;
+        strip.cursor = 0;
+        strip.faces.clear();
+        strip.top.clear();
+        strip.bottom.clear();
+        strip.faces.push(FaceId::NONE);
+        strip.top.push(f64::NEG_INFINITY);
+        strip.bottom.push(f64::NEG_INFINITY);
+        if let Some(k) = share.line {
+            let raster = image.view().raster();
+            let line = image.lines().line(k);
+            strip.y = image.plan().y(k);
+            strip.top.push(0.0);
+            strip.bottom.push(0.0);
+            match rule {
+                Rule::Sampled(..) => {
+                    strip.top.extend(line[1..].iter().map(|span| raster.pixels(span.x)));
+                    strip.bottom.extend_from_slice(&strip.top[2..]);
+                }
+                Rule::Sloped(_) => boundaries.of_line(k, &mut strip.top, &mut strip.bottom),
+            }
+            strip.faces.extend(line.iter().map(|span| span.face));
+            strip.top.push(f64::from(raster.width));
+            strip.bottom.push(f64::from(raster.width));
+            strip.faces.push(FaceId::NONE);
+            let (from, to) = share.strip;
+            for (top, bottom) in strip.top.iter_mut().zip(&mut strip.bottom).skip(1) {
+                let (above, below) = (*top, *bottom);
+                let place = |t: f64| {
+                    let x = if above == below { above } else { above + (below - above) * t };
+                    x * framing.scale.x + framing.pan.x
+                };
+                (*top, *bottom) = (place(from), place(to));
+            }
+            if let Rule::Sloped(_) = rule {
+                strip.y += ((from + to) / 2.0 - 0.5) / f64::from(image.plan().per_row);
+            }
+        } else {
+            strip.y = 0.0;
+        }
+        strip.top.push(f64::INFINITY);
+        strip.bottom.push(f64::INFINITY);
+    }
+}
+
+impl Strip {
+    #[inline(always)]
+    fn face(&self) -> FaceId {
+        self.faces[self.cursor]
+    }
+
+    #[inline(always)]
+    fn left_max(&self) -> f64 {
+        self.top[self.cursor].max(self.bottom[self.cursor])
+    }
+
+    #[inline(always)]
+    fn right_max(&self) -> f64 {
+        self.top[self.cursor + 1].max(self.bottom[self.cursor + 1])
+    }
+
+    #[inline(always)]
+    fn right_min(&self) -> f64 {
+        self.top[self.cursor + 1].min(self.bottom[self.cursor + 1])
+    }
+
+    /// The share of a pixel to the left of boundary `i`: the mean over the strip's height.
+    #[inline(always)]
+    fn left_of(&self, i: usize, x: f64) -> f64 {
+        let (top, bottom) = (self.top[i] - x, self.bottom[i] - x);
+        if (bottom - top).abs() < 1e-9 {
+            return top.clamp(0.0, 1.0);
+        }
+        // The integral of a line cut off at 0 and 1, over its length.
+        let integral = |z: f64| {
+            let z = z.max(0.0);
+            if z < 1.0 { z * z / 2.0 } else { z - 0.5 }
+        };
+        if top.is_infinite() || bottom.is_infinite() {
+            return f64::from(u8::from(top > 0.0));
+        }
+        ((integral(bottom) - integral(top)) / (bottom - top)).clamp(0.0, 1.0)
+    }
+}
+
+/// Adds up the strips of one pixel.
+fn add_pixel(strips: &[Strip], pixel: u32, out: &mut Vec<Cover>) {
+    let x = f64::from(pixel);
+    let first = out.len();
+    for strip in strips {
+        let mut left = strip.left_of(strip.cursor, x);
+        let mut i = strip.cursor;
+        while left < 1.0 && i < strip.faces.len() {
+            let right = strip.left_of(i + 1, x).max(left);
+            let area = (right - left) * strip.weight;
+            if area > 0.0 {
+                let face = strip.faces[i];
+                let middle = x + (left + right) / 2.0;
+                add(out, first, Cover {
+                    face,
+                    start: pixel,
+                    end: pixel + 1,
+                    area: area as f32,
+                    x: middle,
+                    y: strip.y,
+                });
+            }
+            left = right;
+            i += 1;
+        }
+    }
+}
+
+/// Adds a piece to the covers of its pixel, which begin at `first`: pieces of one face are one cover, at
+/// their common middle.
+#[inline(always)]
+fn add(out: &mut Vec<Cover>, first: usize, piece: Cover) {
+    match out[first..].iter_mut().find(|cover| cover.face == piece.face) {
+        Some(cover) => {
+            let area = cover.area + piece.area;
+            let t = f64::from(piece.area / area);
+            cover.x += (piece.x - cover.x) * t;
+            cover.y += (piece.y - cover.y) * t;
+            cover.area = area;
+        }
+        None => out.push(piece),
+    }
+}

@@ -1,0 +1,218 @@
+//! The stream of fragments: covers in, pixels out.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use super::coverage::{Cover, Coverage};
+use super::rule::Framing;
+use super::Channel;
+use crate::color::Color;
+use crate::fragment::{Columns, Fragments};
+use crate::key::Key;
+use crate::raster::Rows;
+use crate::span::image::Intensities;
+use crate::span::{FaceId, SpanImage};
+
+/// Fragments shaded in one batch, about.
+const BATCH: usize = 4096;
+
+/// The channels of a run of rows.
+#[derive(Debug, Default)]
+pub(super) struct Pixels {
+    pub(super) color: [Vec<f32>; 4],
+    pub(super) z: Vec<f32>,
+    pub(super) normal: [Vec<f32>; 3],
+    pub(super) position: [Vec<f32>; 3],
+    pub(super) id: Vec<u32>,
+    pub(super) names: BTreeMap<u32, String>,
+}
+
+/// Shades the covers of rows and adds them up.
+pub(super) struct Stream<'a> {
+    image: &'a SpanImage,
+    framing: &'a Framing,
+    intensities: &'a Intensities,
+    channels: &'a BTreeSet<Channel>,
+    coverage: Coverage<'a>,
+    /// By source: the fragments that wait to be shaded.
+    waiting: Vec<Waiting<'a>>,
+    covers: Vec<Cover>,
+    /// Ids of objects by source and ordinal.
+    objects: HashMap<(usize, u32), u32>,
+}
+
+struct Waiting<'a> {
+    fragments: Fragments<'a>,
+    /// The pixel that each fragment belongs to, and its share of it.
+    pixels: Vec<(usize, f32)>,
+}
+
+/// A point on a face.
+#[derive(Clone, Copy)]
+struct Point {
+    face: FaceId,
+    x: f64,
+    y: f64,
+}
+
+impl<'a> Stream<'a> {
+    pub(super) fn new(
+        image: &'a SpanImage,
+        framing: &'a Framing,
+        intensities: &'a Intensities,
+        channels: &'a BTreeSet<Channel>,
+        coverage: Coverage<'a>,
+    ) -> Stream<'a> {
+        let waiting = |_: &_| Waiting { fragments: Fragments::new(image.view()), pixels: Vec::new() };
+        let waiting = image.sources().iter().map(waiting).collect();
+        let (covers, objects) = (Vec::new(), HashMap::new());
+        Stream { image, framing, intensities, channels, coverage, waiting, covers, objects }
+    }
+
+    /// The pixels of rows of the picture.
+    pub(super) fn rows(&mut self, rows: Rows) -> Pixels {
+        let width = self.framing.columns.len();
+        let area = width * rows.len();
+        let mut pixels = Pixels::default();
+        let wants_color = self.channels.contains(&Channel::Color);
+        let wants_most = self.channels.iter().any(|channel| *channel != Channel::Color);
+        if wants_color {
+            pixels.color = std::array::from_fn(|_| vec![0.0; area]);
+        }
+        let mut most = vec![(0.0f32, Point { face: FaceId::NONE, x: 0.0, y: 0.0 }); if wants_most { area } else { 0 }];
+        for (i, row) in rows.enumerate() {
+            let mut covers = std::mem::take(&mut self.covers);
+            covers.clear();
+            self.coverage.row(row, &mut covers);
+            let first = i * width;
+            for cover in &covers {
+                if wants_color {
+                    self.color(cover, first, &mut pixels);
+                }
+                if wants_most {
+                    for pixel in cover.start..cover.end {
+                        let at = first + (pixel - self.framing.columns.start) as usize;
+                        if cover.area > most[at].0 {
+                            most[at] = (cover.area, self.point(cover, pixel));
+                        }
+                    }
+                }
+            }
+            self.covers = covers;
+        }
+        if wants_color {
+            for source in 0..self.waiting.len() {
+                self.shade(source, &mut pixels);
+            }
+        }
+        if wants_most {
+            self.most(&most, &mut pixels);
+        }
+        pixels
+    }
+
+    /// The point of the raster at which a cover is shaded in one of its pixels.
+    fn point(&self, cover: &Cover, pixel: u32) -> Point {
+        let x = cover.x + f64::from(pixel - cover.start);
+        Point { face: cover.face, x: (x - self.framing.pan.x) / self.framing.scale.x, y: cover.y }
+    }
+
+    /// Adds the colour of a cover, now if it is known, or when its batch is full.
+    fn color(&mut self, cover: &Cover, first: usize, pixels: &mut Pixels) {
+        if !cover.face.is_some() {
+            return;
+        }
+        let start = first + (cover.start - self.framing.columns.start) as usize;
+        let end = start + (cover.end - cover.start) as usize;
+        if let Some(color) = self.intensities.of(cover.face) {
+            for at in start..end {
+                add(pixels, at, color, cover.area);
+            }
+            return;
+        }
+        let (source, place) = self.image.locate(cover.face);
+        let face = &self.image.sources()[source].faces.faces()[place];
+        for (pixel, at) in (cover.start..).zip(start..end) {
+            let Point { x, y, .. } = self.point(cover, pixel);
+            let waiting = &mut self.waiting[source];
+            waiting.fragments.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
+            waiting.pixels.push((at, cover.area));
+            if waiting.pixels.len() >= BATCH {
+                self.shade(source, pixels);
+            }
+        }
+    }
+
+    fn shade(&mut self, source: usize, pixels: &mut Pixels) {
+        let waiting = &mut self.waiting[source];
+        let mut fragments =
+            std::mem::replace(&mut waiting.fragments, Fragments::new(self.image.view()));
+        self.image.sources()[source].shade(&mut fragments);
+        for ((at, area), color) in waiting.pixels.drain(..).zip(fragments.color) {
+            add(pixels, at, color, area);
+        }
+    }
+
+    /// The channels that are those of the face which covers most of a pixel.
+    fn most(&mut self, most: &[(f32, Point)], pixels: &mut Pixels) {
+        let view = self.image.view();
+        let mut batches: Vec<(Fragments<'a>, Vec<usize>)> =
+            self.image.sources().iter().map(|_| (Fragments::new(view), Vec::new())).collect();
+        let (normals, ids) =
+            (self.channels.contains(&Channel::N), self.channels.contains(&Channel::Id));
+        pixels.normal = std::array::from_fn(|_| vec![0.0; if normals { most.len() } else { 0 }]);
+        for (at, (_, point)) in most.iter().enumerate() {
+            let Point { face, x, y } = *point;
+            let seen = face.is_some().then(|| self.image.locate(face));
+            let known = seen.map(|(source, place)| {
+                let face = &self.image.sources()[source].faces.faces()[place];
+                (source, face, face.plane.depth(x, y))
+            });
+            if self.channels.contains(&Channel::Z) {
+                pixels.z.push(known.map_or(f32::INFINITY, |(.., depth)| view.distance(depth) as f32));
+            }
+            if self.channels.contains(&Channel::P) {
+                let p = known.map_or(glam::DVec3::ZERO, |(.., depth)| view.world_point(x, y, depth));
+                for (axis, value) in pixels.position.iter_mut().zip(p.to_array()) {
+                    axis.push(value as f32);
+                }
+            }
+            if ids {
+                let id = known.map_or(0, |(source, face, _)| self.object(source, face.ordinal, pixels));
+                pixels.id.push(id);
+            }
+            if let (true, Some((source, face, depth))) = (normals, known) {
+                batches[source].0.push(face.ordinal, face.sees_front, x, y, depth);
+                batches[source].1.push(at);
+            }
+        }
+        for (source, (mut fragments, places)) in batches.into_iter().enumerate() {
+            fragments.fill(Columns::NORMAL, &*self.image.sources()[source].surfaces);
+            for (at, normal) in places.into_iter().zip(fragments.normal) {
+                for (axis, value) in pixels.normal.iter_mut().zip(normal.to_array()) {
+                    axis[at] = value;
+                }
+            }
+        }
+    }
+
+    /// The id of the object that a face belongs to: a hash of its name, the same in every frame.
+    fn object(&mut self, source: usize, ordinal: u32, pixels: &mut Pixels) -> u32 {
+        let known = &self.image.sources()[source];
+        let id = *self.objects.entry((source, ordinal)).or_insert_with(|| {
+            let name = known.object(ordinal);
+            let bytes = Key::of_bytes(name.as_bytes()).to_bytes();
+            u32::from_be_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]).max(1)
+        });
+        pixels.names.entry(id).or_insert_with(|| known.object(ordinal));
+        id
+    }
+}
+
+#[inline(always)]
+fn add(pixels: &mut Pixels, at: usize, color: Color, area: f32) {
+    let [r, g, b, a] = &mut pixels.color;
+    r[at] += color.r * area;
+    g[at] += color.g * area;
+    b[at] += color.b * area;
+    a[at] += area;
+}

@@ -1,0 +1,112 @@
+//! Scenes made by chance, and shorthands for making scenes by hand.
+
+use glam::DVec3;
+use spandrel_engine::camera::{Camera, View};
+use spandrel_engine::raster::Raster;
+use spandrel_engine::scene::{Face, Mesh, Object, Scene, Seal, Shape};
+use std::sync::Arc;
+
+use crate::random::Random;
+
+/// A view of a raster along -z from (0, 0, 10), 40 degrees high.
+pub fn front_view(width: u32, height: u32) -> View {
+    let raster = Raster::new(width, height).expect("sizes of tests are in range");
+    View::new(&Camera::default(), raster).expect("the default camera is a camera")
+}
+
+/// A parallel view along -z in which one unit is one pixel and (0, 0) the lower left corner.
+pub fn pixel_view(width: u32, height: u32) -> View {
+    let centre = DVec3::new(f64::from(width) / 2.0, f64::from(height) / 2.0, 0.0);
+    let camera = Camera {
+        position: centre + DVec3::Z * 1000.0,
+        look_at: centre,
+        parallel_height: Some(f64::from(height)),
+        ..Camera::default()
+    };
+    let raster = Raster::new(width, height).expect("sizes of tests are in range");
+    View::new(&camera, raster).expect("a parallel camera is a camera")
+}
+
+/// A scene of one mesh.
+pub fn scene(label: &str, mesh: Mesh) -> Arc<Scene> {
+    let object = Object::new("mesh", Shape::Faces(mesh));
+    Arc::new(Scene::from_object(label, object).expect("meshes of tests are sound"))
+}
+
+/// A mesh of polygons.
+pub fn polygons(polygons: &[Vec<DVec3>]) -> Mesh {
+    let mut mesh = Mesh::default();
+    for polygon in polygons {
+        let ring: Vec<u32> = polygon.iter().map(|p| mesh.add_point(*p)).collect();
+        mesh.add_polygon(&ring, None).expect("polygons of tests have three corners");
+    }
+    mesh
+}
+
+/// Faces of all kinds, many of them crossing, some coincident, some reaching behind the eye.
+pub fn random_faces(seed: u64, count: usize) -> Mesh {
+    let mut random = Random::new(seed);
+    let mut mesh = Mesh::default();
+    let mut last = Vec::new();
+    for _ in 0..count {
+        let far = if random.below(8) == 0 { 30.0 } else { 4.0 };
+        let centre = DVec3::new(
+            random.between(-4.0, 4.0),
+            random.between(-3.0, 3.0),
+            random.between(-far, far.min(9.0)),
+        );
+        let mut axis = || {
+            let v = DVec3::new(
+                random.between(-1.0, 1.0),
+                random.between(-1.0, 1.0),
+                random.between(-1.0, 1.0),
+            );
+            v * 2.0
+        };
+        let (u, v) = (axis(), axis());
+        let at = |s: f64, t: f64| centre + u * s + v * t;
+        let star = |n: u32, inner: f64| -> Vec<DVec3> {
+            (0..n)
+                .map(|i| {
+                    let angle = f64::from(i) / f64::from(n) * 6.283_185_307_179_586;
+                    let r = if i % 2 == 0 { 1.0 } else { inner };
+                    let (s, c) = (
+                        spandrel_engine::math::sin(angle),
+                        spandrel_engine::math::cos(angle),
+                    );
+                    at(r * c, r * s)
+                })
+                .collect()
+        };
+        let ring = |mesh: &mut Mesh, points: &[DVec3]| -> Vec<u32> {
+            points.iter().map(|p| mesh.add_point(*p)).collect()
+        };
+        let face = match random.below(6) {
+            // The last face again, or a part of its plane.
+            0 if !last.is_empty() => Face { outline: ring(&mut mesh, &last), ..Face::default() },
+            1 => Face { outline: ring(&mut mesh, &star(10, 0.4)), ..Face::default() },
+            2 => {
+                let hole = star(4, 0.5).iter().map(|p| centre + (*p - centre) * 0.5).collect::<Vec<_>>();
+                Face {
+                    outline: ring(&mut mesh, &star(8, 0.9)),
+                    holes: vec![ring(&mut mesh, &hole)],
+                    ..Face::default()
+                }
+            }
+            3 => {
+                let seal = Seal { outline: ring(&mut mesh, &star(6, 0.3)), ..Seal::default() };
+                Face {
+                    outline: ring(&mut mesh, &star(4, 1.0)),
+                    seals: vec![seal],
+                    ..Face::default()
+                }
+            }
+            _ => {
+                last = vec![at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
+                Face { outline: ring(&mut mesh, &last), ..Face::default() }
+            }
+        };
+        mesh.add_face(face).expect("faces of tests have three corners");
+    }
+    mesh
+}
