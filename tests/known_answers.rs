@@ -13,7 +13,7 @@ const RULES: [Rule; 3] =
 
 fn image(scene: &Arc<Scene>, rule: Rule, width: u32, height: u32) -> SpanImage {
     let view = scenes::pixel_view(width, height);
-    let scenes = std::slice::from_ref(scene);
+    let scenes = &[scene.clone().into()];
     visible::render(scenes, &view, rule.plan().unwrap(), 0..height).unwrap()
 }
 
@@ -118,7 +118,7 @@ fn coverage_sums_to_one_in_every_pixel() {
         for rule in [Rule::Sampled(3, Weighting::Trapezoid), Rule::Sloped(2), Rule::Sloped(5)] {
             let plan = rule.plan().unwrap();
             let image =
-                visible::render(std::slice::from_ref(&scene), &view, plan, 0..19).unwrap();
+                visible::render(&[scene.clone().into()], &view, plan, 0..19).unwrap();
             for row in covers(&image, rule) {
                 let mut sums = vec![0.0f64; 31];
                 for cover in row {

@@ -18,8 +18,8 @@ proptest! {
     fn both_ways_to_solve_visibility_agree(seed in 0u64..1 << 40, count in 1usize..60) {
         let view = scenes::front_view(61, 23);
         let scene = scenes::scene("a", scenes::random_faces(seed, count));
-        let fast = visible::render(std::slice::from_ref(&scene), &view, plan(3), 0..23).unwrap();
-        let slow = visible::render_by_merging(&[scene], &view, plan(3), 0..23).unwrap();
+        let fast = visible::render(&[scene.clone().into()], &view, plan(3), 0..23).unwrap();
+        let slow = visible::render_by_merging(&[scene.into()], &view, plan(3), 0..23).unwrap();
         prop_assert_eq!(fast.lines(), slow.lines());
     }
 
@@ -30,11 +30,12 @@ proptest! {
         let clusters: Vec<_> = (0..4)
             .map(|i| scenes::scene(&format!("cluster {i}"), scenes::random_faces(seed + i, count)))
             .collect();
-        let together = visible::render(&clusters, &view, plan(2), 0..17).unwrap();
+        let together: Vec<visible::Cluster> = clusters.iter().cloned().map(Into::into).collect();
+        let together = visible::render(&together, &view, plan(2), 0..17).unwrap();
         let apart: Vec<SpanImage> = clusters
             .iter()
             .rev()
-            .map(|scene| visible::render(std::slice::from_ref(scene), &view, plan(2), 0..17).unwrap())
+            .map(|scene| visible::render(&[scene.clone().into()], &view, plan(2), 0..17).unwrap())
             .collect();
         let merged = SpanImage::merge(&apart).unwrap();
         prop_assert!(merged == together);

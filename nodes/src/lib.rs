@@ -1,0 +1,70 @@
+//! The library of nodes: one file each, grouped by what they make. No node knows another.
+//!
+//! To add one, write its file and name it in [`register`].
+
+#![allow(clippy::doc_markdown, reason = "a node's documentation is its manual, not Rust")]
+
+/// Pictures.
+pub mod image {
+    mod resolve;
+    pub use resolve::Resolve;
+}
+
+/// Light sources.
+pub mod light {
+    mod parallel_light;
+    pub use parallel_light::ParallelLight;
+}
+
+/// What leaves the graph.
+pub mod output {
+    mod write;
+    pub use write::Write;
+}
+
+/// Renderers: scenes to spans.
+pub mod render {
+    mod scanline;
+    pub use scanline::Scanline;
+}
+
+/// Shaders: what surfaces of spans look like.
+pub mod shade {
+    mod fog;
+    mod illuminate;
+    pub use fog::Fog;
+    pub use illuminate::Illuminate;
+}
+
+/// Scenes and cameras.
+pub mod source {
+    mod camera;
+    mod read_scene;
+    mod scene_camera;
+    pub use camera::Camera;
+    pub use read_scene::ReadScene;
+    pub use scene_camera::SceneCamera;
+}
+
+/// Operations on spans.
+pub mod span {
+    mod depth_merge;
+    pub use depth_merge::DepthMerge;
+}
+
+use spandrel_engine::graph::Registry;
+
+/// Adds all kinds of node of this library.
+pub fn register(registry: &mut Registry) {
+    registry
+        .register::<image::Resolve>()
+        .register::<light::ParallelLight>()
+        .register::<output::Write>()
+        .register::<render::Scanline>()
+        .register::<shade::Fog>()
+        .register::<shade::Illuminate>()
+        .register::<source::Camera>()
+        .register::<source::ReadScene>()
+        .register::<source::SceneCamera>()
+        .register::<span::DepthMerge>();
+}

@@ -16,18 +16,18 @@ fn main() {
             let mut spans = 0; let mut bytes = 0; let mut kept = 0;
             for _ in 0..3 {
                 let t1 = Instant::now();
-                let table = visible::setup::face_table(&c[0], &view, plan).unwrap();
+                let table = visible::setup::face_table(&c[0].clone().into(), &view, plan).unwrap();
                 kept = table.faces().len();
                 let d1 = t1.elapsed().as_secs_f64() * 1e3;
                 drop(table);
                 let t2 = Instant::now();
-                let image = visible::render(&c, &view, plan, 0..h).unwrap();
+                let image = visible::render(&[c[0].clone().into()], &view, plan, 0..h).unwrap();
                 let d2 = t2.elapsed().as_secs_f64() * 1e3;
                 s = s.min(d1); v = v.min(d2);
                 spans = image.lines().spans().len(); bytes = image.bytes();
             }
             let rule = spandrel_engine::resolve::Rule::Sloped(n);
-            let image = visible::render(&c, &view, plan, 0..h).unwrap();
+            let image = visible::render(&[c[0].clone().into()], &view, plan, 0..h).unwrap();
             let framing = spandrel_engine::resolve::Framing::whole(view.raster());
             let mut r = 1e9f64; let mut r2 = 1e9f64;
             for _ in 0..3 {

@@ -143,6 +143,14 @@ impl Geometry {
         if is_front { normal } else { -normal }
     }
 
+    /// Bytes held, about.
+    pub fn bytes(&self) -> usize {
+        self.mesh.bytes()
+            + size_of_val(&*self.supports)
+            + size_of_val(&*self.support_of)
+            + self.parts.as_ref().map_or(0, |parts| size_of_val(&**parts))
+    }
+
     /// What was changed.
     pub fn faults(&self) -> Faults {
         self.faults

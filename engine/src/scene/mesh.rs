@@ -168,6 +168,17 @@ impl Mesh {
         self.details.values().any(|details| !details.seals.is_empty() || details.edge.is_some())
     }
 
+    /// Bytes held, about.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.points)
+            + size_of_val(&*self.normals)
+            + size_of_val(&*self.uvs)
+            + size_of_val(&*self.colors)
+            + size_of_val(&*self.faces)
+            + size_of_val(&*self.corners)
+            + self.details.len() * size_of::<Details>()
+    }
+
     /// Puts a mesh's vertices and faces behind this one's. Lists that only one of them has are dropped.
     ///
     /// # Errors

@@ -5,6 +5,7 @@
 //! [`flat`] (a plan made ready: what renderers take), [`read`] (formats).
 
 pub mod document;
+pub mod examine;
 pub mod face;
 pub mod flat;
 pub mod geometry;

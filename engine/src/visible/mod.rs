@@ -19,16 +19,33 @@ use std::sync::Arc;
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::raster::{LinePlan, Rows};
+use crate::key::Key;
 use crate::scene::{Scene, SceneSurfaces};
 use crate::span::{Lines, Source, SpanImage, line};
 use band::{Band, LANES, Limits};
+
+/// A scene to render, and what decides where it coincides with others.
+#[derive(Clone, Debug)]
+pub struct Cluster {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Brings the scene nearer by `priority` 2^-24 of its distance: more than rounding, less than can
+    /// be seen. Decides between surfaces that are meant to coincide but do not in every bit.
+    pub priority: i32,
+}
+
+impl From<Arc<Scene>> for Cluster {
+    fn from(scene: Arc<Scene>) -> Cluster {
+        Cluster { scene, priority: 0 }
+    }
+}
 
 /// Renders scenes together into a span image of the given rows, by the scan-line method.
 ///
 /// # Errors
 /// If the rows exceed the raster, or the scenes have more faces than an image holds.
-pub fn render(scenes: &[Arc<Scene>], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
-    let frame = frame(scenes, view, plan, rows)?;
+pub fn render(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
+    let frame = frame(clusters, view, plan, rows)?;
     let lines = tiles::solve(&frame);
     Ok(frame.with_lines(lines))
 }
@@ -39,12 +56,12 @@ pub fn render(scenes: &[Arc<Scene>], view: &View, plan: LinePlan, rows: Rows) ->
 /// # Errors
 /// As [`render`].
 pub fn render_by_merging(
-    scenes: &[Arc<Scene>],
+    clusters: &[Cluster],
     view: &View,
     plan: LinePlan,
     rows: Rows,
 ) -> Result<SpanImage> {
-    let frame = frame(scenes, view, plan, rows)?;
+    let frame = frame(clusters, view, plan, rows)?;
     let raster = view.raster();
     let limits = Limits::new(view);
     let all = frame.plan().lines(&frame.rows());
@@ -71,20 +88,21 @@ pub fn render_by_merging(
 }
 
 /// The image of scenes before anything is solved.
-fn frame(scenes: &[Arc<Scene>], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
+fn frame(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
     if rows.start > rows.end || rows.end > view.raster().height {
         let height = view.raster().height;
         return Err(Error::invalid(format!("rows {} to {} of {height}", rows.start, rows.end)));
     }
-    let source = |scene: &Arc<Scene>| -> Result<Source> {
+    let source = |cluster: &Cluster| -> Result<Source> {
+        let scene = &cluster.scene;
         Ok(Source {
             label: scene.label.clone(),
-            scene: scene.key,
+            scene: Key::of(&(scene.key.to_bytes(), cluster.priority)),
             surfaces: Arc::new(SceneSurfaces::new(scene.clone())),
             stack: Vec::new(),
-            faces: Arc::new(setup::face_table(scene, view, plan)?),
+            faces: Arc::new(setup::face_table(cluster, view, plan)?),
         })
     };
-    let sources = scenes.iter().map(source).collect::<Result<Vec<_>>>()?;
+    let sources = clusters.iter().map(source).collect::<Result<Vec<_>>>()?;
     SpanImage::frame(view.clone(), plan, rows, sources)
 }

@@ -4,6 +4,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::Cluster;
 use super::clip::Guard;
 use crate::camera::{Homogeneous, Plane, View};
 use crate::error::Result;
@@ -18,11 +19,12 @@ const CHUNK: usize = 8192;
 ///
 /// # Errors
 /// If the scene has more corners than a table holds.
-pub fn face_table(scene: &Scene, view: &View, plan: LinePlan) -> Result<FaceTable> {
+pub fn face_table(cluster: &Cluster, view: &View, plan: LinePlan) -> Result<FaceTable> {
+    let Cluster { scene, priority } = cluster;
     let parts: Vec<(Vec<DVec2>, Vec<FaceTableBuilder>)> = scene
         .instances
         .par_iter()
-        .map(|instance| Setup::new(scene, instance, view, plan).faces())
+        .map(|instance| Setup::new(scene, *priority, instance, view, plan).faces())
         .collect::<Result<_>>()?;
     let mut table = FaceTableBuilder::new();
     for (points, chunks) in parts {
@@ -78,7 +80,13 @@ impl Extent {
 }
 
 impl<'a> Setup<'a> {
-    fn new(scene: &'a Scene, instance: &'a Instance, view: &'a View, plan: LinePlan) -> Setup<'a> {
+    fn new(
+        scene: &'a Scene,
+        priority: i32,
+        instance: &'a Instance,
+        view: &'a View,
+        plan: LinePlan,
+    ) -> Setup<'a> {
         let geometry = &*instance.geometry;
         let eye = view.eye_from_object(&instance.world_from_object);
         let normals = normal_matrix(&eye.matrix3);
@@ -90,7 +98,7 @@ impl<'a> Setup<'a> {
             .with_min_len(4096)
             .map(|support| {
                 let (normal, point) = (normals * support.normal, eye.transform_point3(support.point));
-                (view.plane(normal, point), view.faces_viewer(normal, point))
+                (nearer(view.plane(normal, point), priority, view), view.faces_viewer(normal, point))
             })
             .collect();
         let guard = Guard::new(view.raster());
@@ -216,6 +224,17 @@ impl<'a> Setup<'a> {
             Plane::constant(extent.farthest + range / 2.0)
         }
     }
+}
+
+/// A plane brought nearer by a priority.
+fn nearer(plane: Plane, priority: i32, view: &View) -> Plane {
+    if priority == 0 {
+        return plane;
+    }
+    // Parallel depths are negative distances.
+    let share = f64::from(priority) / f64::from(1 << 24);
+    let k = if view.is_parallel() { 1.0 - share } else { 1.0 + share };
+    Plane { a: plane.a * k, b: plane.b * k, c: plane.c * k }
 }
 
 /// Adds rings to a table.

@@ -3,12 +3,16 @@
 //! Colours are scene-linear with associated (premultiplied) alpha. Row 0 is the top. A picture knows the
 //! size of the whole, its *display window*, and may hold only a part of it, its *data window*.
 
+mod exr;
+pub mod file;
+mod png;
+
 use std::collections::BTreeMap;
 
 use crate::error::{Error, Result};
 
 /// A rectangle of pixels: left, top, width, height.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct Window {
     /// First column.
     pub x: u32,
@@ -122,6 +126,32 @@ impl Image {
             self.float(name).and_then(|values| values.get(at)).copied().unwrap_or(absent)
         };
         [value("R", 0.0), value("G", 0.0), value("B", 0.0), value("A", 1.0)]
+    }
+
+    /// The part of the picture in a window.
+    #[must_use]
+    pub fn cropped(&self, window: Window) -> Image {
+        let mut part = Image { channels: BTreeMap::new(), ..self.clone() };
+        let (left, top) = (window.x.max(self.window.x), window.y.max(self.window.y));
+        let right = (window.x + window.width).min(self.window.x + self.window.width).max(left);
+        let bottom = (window.y + window.height).min(self.window.y + self.window.height).max(top);
+        part.window = Window { x: left, y: top, width: right - left, height: bottom - top };
+        fn cut<T: Copy>(all: &[T], from: Window, part: Window) -> Vec<T> {
+            let row = |y: u32| {
+                let start = (part.y - from.y + y) as usize * from.width as usize;
+                let start = start + (part.x - from.x) as usize;
+                &all[start..start + part.width as usize]
+            };
+            (0..part.height).flat_map(row).copied().collect()
+        }
+        for (name, samples) in &self.channels {
+            let samples = match samples {
+                Samples::Float(all) => Samples::Float(cut(all, self.window, part.window)),
+                Samples::Id(all) => Samples::Id(cut(all, self.window, part.window)),
+            };
+            part.channels.insert(name.clone(), samples);
+        }
+        part
     }
 
     /// Bytes held.

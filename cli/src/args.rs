@@ -1,0 +1,168 @@
+//! What can be typed.
+
+use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Composites three-dimensional pictures as spans, not pixels.
+///
+/// Exit codes: 0 done, 1 evaluating failed, 2 wrong usage, 3 the graph is invalid, 4 an input is missing
+/// or unreadable.
+#[derive(Debug, Parser)]
+#[command(name = "spandrel", version)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    Render(Render),
+    Check(Check),
+    Nodes(Nodes),
+    Info(Info),
+    Convert(Convert),
+    Completions(Completions),
+}
+
+/// Evaluates a graph and writes its pictures.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Render {
+    /// The graph.
+    pub(crate) graph: PathBuf,
+    /// Write to this file instead of the one that the graph names.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+    /// Evaluate this node only: one that writes a file, or, with -o, one that makes a picture. May be
+    /// given several times. Default: every node that writes a file.
+    #[arg(short = 'w', long = "write", value_name = "NODE")]
+    pub(crate) write: Vec<String>,
+    /// Set a parameter, such as picture.lines=Sloped(4). May be given several times.
+    #[arg(long, value_name = "NODE.PARAM=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<Setting>,
+    /// Solve visibility at this size in all pictures.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<(u32, u32)>,
+    /// Scale all pictures, without solving visibility again.
+    #[arg(long, value_name = "SX[,SY]", value_parser = scale)]
+    pub(crate) scale: Option<(f64, f64)>,
+    /// Compute this part of all pictures only.
+    #[arg(long, value_name = "X,Y,W,H", value_parser = window)]
+    pub(crate) window: Option<[u32; 4]>,
+    /// Use this many threads. Default: one for each processor.
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+    /// Evaluate nothing; say what would be.
+    #[arg(short = 'n', long)]
+    pub(crate) dry_run: bool,
+    /// Print time, spans and bytes of every node.
+    #[arg(long, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "table")]
+    pub(crate) stats: Option<Format>,
+    /// Print what was asked of every node, and what became of it.
+    #[arg(long)]
+    pub(crate) explain: bool,
+    /// Leave files alone that exist already.
+    #[arg(long)]
+    pub(crate) no_clobber: bool,
+    /// Print nothing but errors.
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Print a line for every node.
+    #[arg(short, long)]
+    pub(crate) verbose: bool,
+}
+
+/// How statistics are printed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people.
+    Table,
+    /// For programs, to the standard output.
+    Json,
+}
+
+/// Checks a graph and reports every error at once; evaluates nothing.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Check {
+    /// The graph.
+    pub(crate) graph: PathBuf,
+    /// Set a parameter before checking.
+    #[arg(long, value_name = "NODE.PARAM=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<Setting>,
+}
+
+/// Lists the kinds of node, or describes one.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Nodes {
+    /// The kind to describe.
+    pub(crate) kind: Option<String>,
+    /// Print everything as JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Says what is in a file, and what is wrong with it.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Info {
+    /// A scene of any format, or a graph.
+    pub(crate) file: PathBuf,
+}
+
+/// Converts a scene to Spandrel's own text (.ron) or binary (.scene) format.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Convert {
+    /// The scene to read, of any format.
+    pub(crate) from: PathBuf,
+    /// The file to write, ending in .ron or .scene.
+    pub(crate) to: PathBuf,
+}
+
+/// Prints a script that completes arguments in a shell.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Completions {
+    /// The shell.
+    pub(crate) shell: clap_complete::Shell,
+}
+
+/// A parameter set from the command line.
+#[derive(Clone, Debug)]
+pub(crate) struct Setting {
+    pub(crate) node: String,
+    pub(crate) field: String,
+    pub(crate) value: String,
+}
+
+fn setting(text: &str) -> Result<Setting, String> {
+    let wrong = || "write NODE.PARAM=VALUE, such as sun.intensity=2".to_owned();
+    let (place, value) = text.split_once('=').ok_or_else(wrong)?;
+    let (node, field) = place.split_once('.').ok_or_else(wrong)?;
+    if node.is_empty() || field.is_empty() || value.is_empty() {
+        return Err(wrong());
+    }
+    Ok(Setting { node: node.to_owned(), field: field.to_owned(), value: value.to_owned() })
+}
+
+fn numbers<T: std::str::FromStr>(text: &str, separator: char) -> Option<Vec<T>> {
+    text.split(separator).map(|part| part.trim().parse().ok()).collect()
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    match numbers(&text.to_lowercase(), 'x').as_deref() {
+        Some([width, height]) => Ok((*width, *height)),
+        _ => Err("write width x height in pixels, such as 1920x1080".to_owned()),
+    }
+}
+
+fn scale(text: &str) -> Result<(f64, f64), String> {
+    match numbers(text, ',').as_deref() {
+        Some([both]) => Ok((*both, *both)),
+        Some([x, y]) => Ok((*x, *y)),
+        _ => Err("write one factor or two, such as 0.5 or 2,1".to_owned()),
+    }
+}
+
+fn window(text: &str) -> Result<[u32; 4], String> {
+    numbers(text, ',')
+        .and_then(|numbers| <[u32; 4]>::try_from(numbers).ok())
+        .filter(|[.., width, height]| *width > 0 && *height > 0)
+        .ok_or_else(|| "write left,top,width,height in pixels, such as 100,50,640,360".to_owned())
+}

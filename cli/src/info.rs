@@ -1,0 +1,168 @@
+//! `spandrel info`: what is in a file, and what is wrong with it.
+
+use spandrel_engine::Result;
+use spandrel_engine::graph::document::Document as GraphDocument;
+use spandrel_engine::scene::examine::{Fault, examine};
+use spandrel_engine::scene::read::{self, ReadOptions};
+use spandrel_engine::scene::{AlphaMode, Object, Plan, Scene, Shape};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+use crate::args::Info;
+use crate::{exit, print};
+
+pub(crate) fn run(args: &Info) -> u8 {
+    let is_graph = args.file.extension().is_some_and(|e| e == "ron")
+        && std::fs::read_to_string(&args.file).is_ok_and(|text| starts_with_graph(&text));
+    let info = if is_graph { graph(&args.file) } else { scene(&args.file) };
+    match info {
+        Ok(text) => {
+            print::out(&text);
+            exit::DONE
+        }
+        Err(error) => {
+            print::error(&error);
+            exit::of(&error)
+        }
+    }
+}
+
+/// Whether a text's first word, behind comments, is `Graph`.
+fn starts_with_graph(text: &str) -> bool {
+    let code = text.lines().map(str::trim_start).find(|line| !line.is_empty() && !line.starts_with("//"));
+    code.is_some_and(|line| line.starts_with("Graph"))
+}
+
+fn graph(path: &Path) -> Result<String> {
+    let text = std::fs::read_to_string(path).map_err(|e| spandrel_engine::Error::file(path, e))?;
+    let mut out = format!("{}: a graph\n", path.display());
+    match GraphDocument::parse(&text) {
+        Ok(document) => {
+            for node in &document.nodes {
+                let _ = writeln!(out, "  {}: {}", node.id, node.kind);
+            }
+        }
+        Err(faults) => {
+            let (line, column) = faults[0].position(&text);
+            let message = faults[0].message.clone();
+            return Err(spandrel_engine::Error::at_line(path, line, column, message));
+        }
+    }
+    let _ = writeln!(out, "`spandrel check` says more");
+    Ok(out)
+}
+
+fn scene(path: &Path) -> Result<String> {
+    let reading = read::document(path, &ReadOptions::default())?;
+    let document = &reading.document;
+    let mut out = format!("{}: a scene\n", path.display());
+    let directory = path.parent().unwrap_or(Path::new(""));
+    for plan in &document.plans {
+        let scene = Scene::new(document, Some(&plan.name), "", reading.key, directory)?;
+        let _ = writeln!(out, "plan \"{}\"", plan.name);
+        describe(&mut out, plan, &scene);
+        faults(&mut out, plan, &scene);
+    }
+    if !document.materials.is_empty() {
+        let _ = writeln!(out, "materials");
+        for (name, material) in &document.materials {
+            let [r, g, b] = material.color.to_array();
+            let mut line = format!("  \"{name}\": color ({r:.3}, {g:.3}, {b:.3})");
+            if material.alpha_mode != AlphaMode::Opaque {
+                let _ = write!(line, ", alpha {} ({:?})", material.alpha, material.alpha_mode);
+            }
+            for (what, map) in &material.maps {
+                let _ = write!(line, ", {what} from {:?}", map.picture);
+            }
+            let _ = writeln!(out, "{line}");
+        }
+    }
+    for note in &reading.notes {
+        let _ = writeln!(out, "note: {note}");
+    }
+    Ok(out)
+}
+
+fn describe(out: &mut String, plan: &Plan, scene: &Scene) {
+    let (mut corners, mut holes, mut seals) = (0, 0, 0);
+    let mut low = glam::DVec3::INFINITY;
+    let mut high = glam::DVec3::NEG_INFINITY;
+    for instance in &scene.instances {
+        let mesh = instance.geometry.mesh();
+        for face in 0..mesh.face_count() {
+            corners += mesh.outline(face).len();
+            holes += mesh.holes(face).len();
+            seals += mesh.seals(face).len();
+        }
+        for point in &mesh.points {
+            let world = instance.world_from_object.transform_point3(*point);
+            low = low.min(world);
+            high = high.max(world);
+        }
+    }
+    let faces = scene.face_count();
+    let count = |n: usize| print::grouped(n as u64);
+    let _ = writeln!(
+        out,
+        "  {} objects, {} faces with {} corners, {holes} holes, {seals} seals",
+        count(scene.instances.len()),
+        count(faces),
+        count(corners)
+    );
+    if faces > 0 {
+        let size = high - low;
+        let _ = writeln!(
+            out,
+            "  {:.3} x {:.3} x {:.3} m, from ({:.3}, {:.3}, {:.3})",
+            size.x, size.y, size.z, low.x, low.y, low.z
+        );
+    }
+    for (what, names) in [
+        ("cameras", plan.cameras.keys().cloned().collect::<Vec<_>>()),
+        ("lights", plan.lights.keys().cloned().collect()),
+        ("definitions", plan.definitions.keys().cloned().collect()),
+    ] {
+        if !names.is_empty() {
+            let names = names.iter().map(String::as_str);
+            let _ = writeln!(out, "  {what}: {}", spandrel_engine::graph::diagnostic::list(names));
+        }
+    }
+}
+
+/// What had to be changed, and what is doubtful.
+fn faults(out: &mut String, plan: &Plan, scene: &Scene) {
+    let mut found: BTreeMap<Fault, (usize, String)> = BTreeMap::new();
+    let mut visit = |object: &Object, path: &str| {
+        let Shape::Faces(mesh) = &object.shape else { return };
+        for (face, fault) in examine(mesh) {
+            let first = found.entry(fault).or_insert_with(|| (0, format!("face {face} of \"{path}\"")));
+            first.0 += 1;
+        }
+    };
+    walk(&plan.root, "", &mut visit);
+    plan.definitions.iter().for_each(|(name, object)| walk(object, name, &mut visit));
+    for (fault, (count, first)) in &found {
+        let _ = writeln!(out, "  {count} times: {fault}; first {first}");
+    }
+    for (path, faults) in scene.faults() {
+        if faults.not_affine > 0 {
+            let n = faults.not_affine;
+            let _ = writeln!(out, "  \"{path}\": {n} polygons divided so that vertex attributes fit");
+        }
+        if faults.flattened > 0 {
+            let (n, off) = (faults.flattened, faults.worst_deviation);
+            let _ = writeln!(out, "  \"{path}\": {n} faces with seals taken as flat, off by up to {off:.4} m");
+        }
+    }
+}
+
+fn walk(object: &Object, above: &str, visit: &mut impl FnMut(&Object, &str)) {
+    let path = match (above, object.name.as_str()) {
+        (above, "") => above.to_owned(),
+        ("", name) => name.to_owned(),
+        (above, name) => format!("{above}/{name}"),
+    };
+    visit(object, &path);
+    object.children.iter().for_each(|child| walk(child, &path, visit));
+}

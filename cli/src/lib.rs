@@ -1,0 +1,64 @@
+//! Spandrel's command line, as a library: a studio's own program is five lines.
+//!
+//! ```no_run
+//! fn main() -> std::process::ExitCode {
+//!     let mut registry = spandrel::library();
+//!     // registry.register::<studio::Grain>();
+//!     spandrel::run(registry)
+//! }
+//! ```
+
+mod args;
+mod check;
+mod convert;
+mod exit;
+mod info;
+mod nodes;
+mod print;
+mod progress;
+mod render;
+mod stats;
+
+use clap::{CommandFactory, Parser};
+use spandrel_engine::graph::Registry;
+use std::process::ExitCode;
+
+use args::{Args, Command};
+
+/// The registry with all of Spandrel's own kinds of node.
+pub fn library() -> Registry {
+    let mut registry = Registry::new();
+    spandrel_nodes::register(&mut registry);
+    registry
+}
+
+/// Runs the command line of this process with the kinds of node in `registry`.
+pub fn run(registry: Registry) -> ExitCode {
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(error) => {
+            // Help is no failure, and its reader may have gone.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { exit::USAGE } else { exit::DONE });
+        }
+    };
+    // A file that is being written must not stay behind.
+    let _ = ctrlc::set_handler(|| {
+        spandrel_engine::output::abandon();
+        std::process::exit(130);
+    });
+    let code = match args.command {
+        Command::Render(args) => render::run(&registry, &args),
+        Command::Check(args) => check::run(&registry, &args),
+        Command::Nodes(args) => nodes::run(&registry, &args),
+        Command::Info(args) => info::run(&args),
+        Command::Convert(args) => convert::run(&args),
+        Command::Completions(args) => {
+            let mut script = Vec::new();
+            clap_complete::generate(args.shell, &mut Args::command(), "spandrel", &mut script);
+            print::out(&String::from_utf8_lossy(&script));
+            exit::DONE
+        }
+    };
+    ExitCode::from(code)
+}

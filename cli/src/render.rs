@@ -1,0 +1,145 @@
+//! `spandrel render`.
+
+use spandrel_engine::graph::demand::{Failure, Wishes};
+use spandrel_engine::graph::document::RawNode;
+use spandrel_engine::graph::{Graph, Plan, Registry, Run};
+use spandrel_engine::image::Window;
+use spandrel_engine::values::{Delivery, Override};
+use std::path::Path;
+use std::time::Instant;
+
+use crate::args::{Format, Render, Setting};
+use crate::progress::{Detail, Shown};
+use crate::{check, exit, print, stats};
+
+pub(crate) fn run(registry: &Registry, args: &Render) -> u8 {
+    if let Some(jobs) = args.jobs {
+        // Fails only if threads were started before, and then there are some.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build_global();
+    }
+    match render(registry, args) {
+        Ok(()) => exit::DONE,
+        Err(code) => code,
+    }
+}
+
+fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
+    let (graph, outputs) = prepare(registry, args)?;
+    let changed = Override {
+        size: args.size,
+        scale: args.scale,
+        window: args.window.map(|[x, y, width, height]| Window { x, y, width, height }),
+        no_clobber: args.no_clobber,
+    };
+    let mut wishes = Wishes::new();
+    for output in &outputs {
+        wishes.want::<Delivery>(output, changed.clone());
+    }
+    let plan = Plan::new(&graph, &wishes).map_err(|failure| fail(args, &failure))?;
+    if args.dry_run {
+        let mut nodes = plan.nodes(&graph);
+        nodes.reverse();
+        print::out(&format!("would evaluate: {}\n", nodes.join(", ")));
+        return Ok(());
+    }
+    let detail = Detail::new(args.quiet, args.verbose);
+    let shown = Shown::new(detail, plan.nodes(&graph).len());
+    let clock = Instant::now();
+    let evaluated = Run::new().evaluate(&graph, &plan, &shown);
+    shown.clear();
+    let seconds = clock.elapsed().as_secs_f64();
+    let evaluated = evaluated.map_err(|failure| fail(args, &failure))?;
+    if args.explain {
+        print::out(&stats::explanation(&graph, &evaluated.reports));
+    }
+    match args.stats {
+        Some(Format::Table) => print::out(&stats::table(&evaluated.reports, seconds)),
+        Some(Format::Json) => print::out(&stats::json(&evaluated.reports, seconds)),
+        None => {}
+    }
+    if detail != Detail::Quiet {
+        for wish in 0..outputs.len() {
+            let Delivery { path, bytes } = &*evaluated.value::<Delivery>(wish);
+            let (size, time) = (print::bytes(*bytes as usize), print::seconds(seconds));
+            print::err(&format!("wrote {} ({size}, {time})", path.display()));
+        }
+    }
+    Ok(())
+}
+
+/// Reads the graph and finds the nodes that write.
+fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u8> {
+    let (mut document, directory) = check::open(&args.graph)?;
+    let mut settings = args.set.clone();
+    // A picture that is asked for by name gets a writer of its own.
+    let mut outputs = args.write.clone();
+    if let (Some(file), [node]) = (&args.output, &args.write[..]) {
+        let makes = document.nodes.iter().find(|raw| raw.id == *node);
+        let kind = makes.and_then(|raw| registry.kind(&raw.kind));
+        if kind.is_some_and(|kind| kind.output == "Image") {
+            document.nodes.push(writer(node, &absolute(file)));
+            outputs = vec![WRITER.to_owned()];
+        }
+    }
+    if outputs.is_empty() {
+        let writes =
+            |raw: &&RawNode| registry.kind(&raw.kind).is_some_and(|kind| kind.output == "File");
+        outputs = document.nodes.iter().filter(writes).map(|raw| raw.id.clone()).collect();
+    }
+    match (&args.output, &outputs[..]) {
+        (Some(_), [only]) if only == WRITER => {}
+        (Some(file), [only]) => settings.push(Setting {
+            node: only.clone(),
+            field: "path".to_owned(),
+            value: format!("{:?}", absolute(file)),
+        }),
+        (Some(_), several) => {
+            let message = format!(
+                "-o names one file, but {} nodes write: choose one with -w: {}",
+                several.len(),
+                several.join(", ")
+            );
+            print::error(message);
+            return Err(exit::USAGE);
+        }
+        (None, _) => {}
+    }
+    for Setting { node, field, value } in &settings {
+        document.set(node, field, value).map_err(|message| {
+            print::error(format!("--set {node}.{field}: {message}"));
+            exit::USAGE
+        })?;
+    }
+    let graph = check::check(registry, &args.graph, &document, &directory)?;
+    if outputs.is_empty() {
+        print::error(format!(
+            "{} writes nothing: add a Write node, or name a picture with -w NODE -o FILE",
+            args.graph.display()
+        ));
+        return Err(exit::INVALID);
+    }
+    Ok((graph, outputs))
+}
+
+const WRITER: &str = "file_of_the_command_line";
+
+fn writer(image: &str, path: &str) -> RawNode {
+    RawNode {
+        id: WRITER.to_owned(),
+        id_span: 0..0,
+        kind: "Write".to_owned(),
+        span: 0..0,
+        text: format!("Write(image: {image:?}, path: {path:?})"),
+        is_edited: true,
+    }
+}
+
+/// A path that means the same from the graph's folder.
+fn absolute(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
+}
+
+fn fail(args: &Render, failure: &Failure) -> u8 {
+    print::error(format!("{}: {failure}", args.graph.display()));
+    exit::of(&failure.error)
+}

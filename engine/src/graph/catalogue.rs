@@ -1,0 +1,201 @@
+//! The catalogue: what declarations say of kinds of node, and the walk over a declaration that finds
+//! links, files and ranges.
+
+use serde_json::Value as Json;
+
+use super::document::field_span;
+use super::node::{FILE, LINK};
+
+/// A field of a kind of node.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// Its name.
+    pub name: String,
+    /// What it holds, in words.
+    pub kind: String,
+    /// Its default as it would be typed; none if it must be given.
+    pub default: Option<String>,
+    /// What it means.
+    pub doc: String,
+}
+
+/// The documentation of a schema.
+pub(super) fn doc(schema: &Json) -> String {
+    schema.get("description").and_then(Json::as_str).unwrap_or("").to_owned()
+}
+
+/// The fields of a kind; `default` is the text of its default value.
+pub(super) fn fields(schema: &Json, default: &str) -> Vec<Field> {
+    let Some(properties) = schema.get("properties").and_then(Json::as_object) else {
+        return Vec::new();
+    };
+    let field = |(name, schema): (&String, &Json)| {
+        let text = field_span(default, name).map(|span| default[span].to_owned());
+        let is_needed = schema.get(LINK).is_some() || schema.get(FILE).is_some();
+        let default = text.filter(|text| !(is_needed && text == "\"\""));
+        Field { name: name.clone(), kind: words(schema), default, doc: doc(schema) }
+    };
+    properties.iter().map(field).collect()
+}
+
+/// What a schema allows, in words.
+fn words(schema: &Json) -> String {
+    let text = |key: &str| schema.get(key).and_then(Json::as_str);
+    if let Some(of) = text(LINK) {
+        return format!("link to {of}");
+    }
+    if let Some(how) = text(FILE) {
+        return if how == "read" { "file".to_owned() } else { "file to write".to_owned() };
+    }
+    if let Some(title) = text("title") {
+        return title.to_lowercase();
+    }
+    for key in ["oneOf", "anyOf"] {
+        if let Some(choices) = schema.get(key).and_then(Json::as_array) {
+            let known = choices.iter().filter(|choice| choice.get("type") != Some(&Json::from("null")));
+            return known.map(words).collect::<Vec<_>>().join(" | ");
+        }
+    }
+    if let Some(constant) = text("const") {
+        return constant.to_owned();
+    }
+    if let Some(choices) = schema.get("enum").and_then(Json::as_array) {
+        let names = choices.iter().filter_map(Json::as_str);
+        return names.collect::<Vec<_>>().join(" | ");
+    }
+    let types: Vec<&str> = match schema.get("type") {
+        Some(Json::String(one)) => vec![one.as_str()],
+        Some(Json::Array(some)) => some.iter().filter_map(Json::as_str).collect(),
+        _ => Vec::new(),
+    };
+    let main = types.iter().find(|kind| **kind != "null").copied().unwrap_or("value");
+    match main {
+        "array" => match (schema.get("prefixItems"), schema.get("items")) {
+            (Some(Json::Array(items)), _) => {
+                format!("({})", items.iter().map(words).collect::<Vec<_>>().join(", "))
+            }
+            (_, Some(items)) => match schema.get("maxItems").and_then(Json::as_u64) {
+                Some(count) => format!("{count} x {}", words(items)),
+                None => format!("list of {}", words(items)),
+            },
+            _ => "list".to_owned(),
+        },
+        "number" | "integer" => {
+            let name = if main == "number" { "number" } else { "whole number" };
+            match (bound(schema, "minimum"), bound(schema, "maximum")) {
+                (Some(low), Some(high)) => format!("{name}, {low} to {high}"),
+                (Some(low), None) => format!("{name}, at least {low}"),
+                (None, Some(high)) => format!("{name}, at most {high}"),
+                (None, None) => name.to_owned(),
+            }
+        }
+        "boolean" => "true | false".to_owned(),
+        "string" => "text".to_owned(),
+        // A variant with data: its name, and what it holds.
+        "object" => match schema.get("properties").and_then(Json::as_object) {
+            Some(properties) if properties.len() == 1 => {
+                let (name, held) = properties.iter().next().expect("there is one");
+                format!("{name}({})", words(held).trim_matches(['(', ')']))
+            }
+            _ => "fields".to_owned(),
+        },
+        other => other.to_owned(),
+    }
+}
+
+fn bound(schema: &Json, key: &str) -> Option<f64> {
+    schema.get(key).and_then(Json::as_f64)
+}
+
+/// A place in a node's parameters that the graph must know of.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Leaf {
+    /// A link: the type, the kind of node that reads such a type, the target.
+    Link { of: String, reader: Option<String>, target: String },
+    /// A file that the node reads.
+    Input(String),
+    /// A number that is out of its range: what is wrong.
+    OutOfRange(String),
+}
+
+/// Visits the leaves of a node's parameters by its schema; `found` is told the top-level field.
+pub(super) fn visit(schema: &Json, parameters: &Json, found: &mut impl FnMut(&str, Leaf)) {
+    let Some(properties) = schema.get("properties").and_then(Json::as_object) else { return };
+    for (name, schema) in properties {
+        if let Some(value) = parameters.get(name) {
+            visit_value(schema, value, &mut |leaf| found(name, leaf));
+        }
+    }
+}
+
+/// A node's parameters without the names of the nodes that it links: what it does, wherever its inputs
+/// come from.
+pub(super) fn without_links(schema: &Json, parameters: &Json) -> Json {
+    let mut bare = parameters.clone();
+    if let Some(properties) = schema.get("properties").and_then(Json::as_object) {
+        for (name, schema) in properties {
+            if let Some(value) = bare.get_mut(name) {
+                blank_links(schema, value);
+            }
+        }
+    }
+    bare
+}
+
+fn blank_links(schema: &Json, value: &mut Json) {
+    match value {
+        Json::String(target) if schema.get(LINK).is_some() => target.clear(),
+        Json::Array(values) => {
+            if let Some(items) = schema.get("items") {
+                values.iter_mut().for_each(|value| blank_links(items, value));
+            }
+        }
+        _ => {
+            for choice in schema.get("anyOf").and_then(Json::as_array).into_iter().flatten() {
+                blank_links(choice, value);
+            }
+        }
+    }
+}
+
+fn visit_value(schema: &Json, value: &Json, found: &mut dyn FnMut(Leaf)) {
+    let text = |key: &str| schema.get(key).and_then(Json::as_str);
+    if let (Some(of), Some(target)) = (text(LINK), value.as_str()) {
+        let reader = text("x-reader").map(str::to_owned);
+        found(Leaf::Link { of: of.to_owned(), reader, target: target.to_owned() });
+        return;
+    }
+    if let (Some("read"), Some(path)) = (text(FILE), value.as_str()) {
+        found(Leaf::Input(path.to_owned()));
+        return;
+    }
+    if let Some(number) = value.as_f64() {
+        let (low, high) = (bound(schema, "minimum"), bound(schema, "maximum"));
+        if low.is_some_and(|low| number < low) || high.is_some_and(|high| number > high) {
+            found(Leaf::OutOfRange(format!("{number} is out of range: {}", words(schema))));
+        }
+    }
+    for key in ["oneOf", "anyOf"] {
+        for choice in schema.get(key).and_then(Json::as_array).into_iter().flatten() {
+            visit_value(choice, value, found);
+        }
+    }
+    if let (Some(properties), Some(values)) =
+        (schema.get("properties").and_then(Json::as_object), value.as_object())
+    {
+        for (name, schema) in properties {
+            if let Some(value) = values.get(name) {
+                visit_value(schema, value, found);
+            }
+        }
+    }
+    if let Some(values) = value.as_array() {
+        let tuple = schema.get("prefixItems").and_then(Json::as_array);
+        for (i, value) in values.iter().enumerate() {
+            let schema = tuple.and_then(|items| items.get(i)).or_else(|| schema.get("items"));
+            if let Some(schema) = schema {
+                visit_value(schema, value, found);
+            }
+        }
+    }
+}

@@ -1,0 +1,325 @@
+//! Check: from a document to a graph, or to all of its errors.
+
+use petgraph::algo::{tarjan_scc, toposort};
+use petgraph::graph::{DiGraph, NodeIndex};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::catalogue::{self, Leaf};
+use super::diagnostic::{Diagnostic, list, nearest};
+use super::document::{Document, RawNode, field_span, ron_error};
+use super::node::{AnyNode, is_file};
+use super::registry::{Kind, Registry};
+use crate::error::{Error, Result};
+
+/// A checked graph: every node parsed, every link resolved and of the right type, without cycles.
+pub struct Graph {
+    pub(super) nodes: Vec<Checked>,
+    pub(super) names: HashMap<String, usize>,
+    /// Nodes, those that use others before those that they use.
+    pub(super) order: Vec<usize>,
+    pub(super) directory: PathBuf,
+}
+
+/// A checked node.
+pub(super) struct Checked {
+    pub(super) id: String,
+    pub(super) kind: Arc<Kind>,
+    pub(super) node: Box<dyn AnyNode>,
+    pub(super) files: Vec<String>,
+    links: Vec<usize>,
+}
+
+/// A node of a graph, as others see it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeInfo<'g> {
+    /// Its name.
+    pub id: &'g str,
+    /// Its kind.
+    pub kind: &'static str,
+    /// The name of the type that it makes.
+    pub output: &'static str,
+    /// The names of the nodes that it uses.
+    pub uses: Vec<&'g str>,
+}
+
+/// A link before it is resolved.
+struct Wish {
+    from: usize,
+    field: String,
+    of: String,
+    reader: Option<String>,
+    target: String,
+}
+
+impl Graph {
+    /// Checks a document. Files are found from `directory`.
+    ///
+    /// # Errors
+    /// All that is wrong with it.
+    pub fn check(
+        document: &Document,
+        registry: &Registry,
+        directory: &Path,
+    ) -> Result<Graph, Vec<Diagnostic>> {
+        let mut check =
+            Check { document, registry, nodes: Vec::new(), wishes: Vec::new(), faults: Vec::new() };
+        for raw in &document.nodes {
+            check.node(raw);
+        }
+        let mut names: HashMap<String, usize> =
+            check.nodes.iter().enumerate().map(|(i, node)| (node.id.clone(), i)).collect();
+        check.link(&mut names);
+        let order = check.order();
+        let Check { nodes, mut faults, .. } = check;
+        if !faults.is_empty() {
+            faults.sort_by_key(|fault| fault.span.start);
+            return Err(faults);
+        }
+        Ok(Graph { nodes, names, order, directory: directory.to_owned() })
+    }
+
+    /// The nodes in the order of the document, files that links name after them.
+    pub fn nodes(&self) -> impl Iterator<Item = NodeInfo<'_>> {
+        self.nodes.iter().map(|node| NodeInfo {
+            id: &node.id,
+            kind: node.kind.name,
+            output: node.kind.output,
+            uses: node.links.iter().map(|link| self.nodes[*link].id.as_str()).collect(),
+        })
+    }
+
+    /// The folder from which files are found.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// The place of a node.
+    pub(super) fn find(&self, id: &str) -> Result<usize> {
+        self.names.get(id).copied().ok_or_else(|| {
+            let known = self.nodes.iter().map(|node| node.id.as_str());
+            let message = match nearest(id, known.clone()) {
+                Some(near) => format!("did you mean \"{near}\"?"),
+                None => format!("there are {}", list(known)),
+            };
+            Error::invalid(format!("there is no node \"{id}\": {message}"))
+        })
+    }
+}
+
+struct Check<'a> {
+    document: &'a Document,
+    registry: &'a Registry,
+    nodes: Vec<Checked>,
+    wishes: Vec<Wish>,
+    faults: Vec<Diagnostic>,
+}
+
+impl Check<'_> {
+    /// Parses a node and finds its links.
+    fn node(&mut self, raw: &RawNode) {
+        let Some(kind) = self.registry.kind(&raw.kind).cloned() else {
+            self.faults.push(self.unknown(raw));
+            return;
+        };
+        let node = match (kind.parse)(&raw.text) {
+            Ok(node) => node,
+            Err(error) => {
+                self.faults.push(self.parse_fault(raw, &error));
+                return;
+            }
+        };
+        let before = self.faults.len();
+        let text = ron::Options::default().to_string(&node.parameters()).unwrap_or_default();
+        for field in &kind.fields {
+            if !is_finite(&raw.text, &field.name) || !is_finite(&text, &field.name) {
+                let message = format!("`{}` has a number that is not finite", field.name);
+                self.faults.push(Diagnostic::error(raw.field(&field.name), message));
+            }
+        }
+        let from = self.nodes.len();
+        let mut files = Vec::new();
+        let (wishes, faults) = (&mut self.wishes, &mut self.faults);
+        catalogue::visit(&kind.schema, &node.parameters(), &mut |field, leaf| match leaf {
+            Leaf::Link { of, reader, target } => {
+                wishes.push(Wish { from, field: field.to_owned(), of, reader, target });
+            }
+            Leaf::Input(path) if path.is_empty() => faults.push(missing(raw, field, "a file")),
+            Leaf::Input(path) => files.push(path),
+            Leaf::OutOfRange(message) => {
+                faults.push(Diagnostic::error(raw.field(field), format!("`{field}`: {message}")));
+            }
+        });
+        if self.faults.len() == before
+            && let Err(fault) = node.check()
+        {
+            let message = format!("`{}`: {}", fault.field, fault.message);
+            self.faults.push(Diagnostic::error(raw.field(fault.field), message));
+        }
+        self.nodes.push(Checked { id: raw.id.clone(), kind, node, files, links: Vec::new() });
+    }
+
+    fn unknown(&self, raw: &RawNode) -> Diagnostic {
+        let fault = Diagnostic::error(raw.kind_span(), format!("there is no kind of node `{}`", raw.kind))
+            .label("unknown kind");
+        if let Some(known) = self.registry.by_alias(&raw.kind) {
+            return fault.help(format!("`{}` is called `{}` here", raw.kind, known.name));
+        }
+        match nearest(&raw.kind, self.registry.kinds().map(|kind| kind.name)) {
+            Some(near) => fault.help(format!("did you mean `{near}`?")),
+            None => fault.help("`spandrel nodes` lists all kinds"),
+        }
+    }
+
+    fn parse_fault(&self, raw: &RawNode, error: &ron::error::SpannedError) -> Diagnostic {
+        if raw.is_edited {
+            let mut fault = ron_error(&raw.text, 0, error);
+            fault.span = raw.id_span.clone();
+            fault.label = "with what was set from outside".to_owned();
+            return fault;
+        }
+        // The parsed text begins at the node, so that places only need moving.
+        let end = raw.span.end;
+        ron_error(&self.document.text[..end], raw.span.start, error)
+    }
+
+    /// Resolves links: to nodes by name, to files by nodes that read them.
+    fn link(&mut self, names: &mut HashMap<String, usize>) {
+        // Names of nodes that have errors of their own are known, so that their users get none.
+        let broken: Vec<&str> = self.document.nodes.iter().map(|raw| raw.id.as_str()).collect();
+        for wish in std::mem::take(&mut self.wishes) {
+            let raw = self.document.nodes.iter().find(|raw| raw.id == self.nodes[wish.from].id);
+            let Some(raw) = raw else { continue };
+            let span = link_span(raw, &wish);
+            if wish.target.is_empty() {
+                self.faults.push(missing(raw, &wish.field, &format!("a {}", wish.of)));
+                continue;
+            }
+            if !names.contains_key(&wish.target) && is_file(&wish.target) {
+                self.read(&wish, span.clone(), names);
+            }
+            let Some(target) = names.get(&wish.target).copied() else {
+                if !broken.contains(&wish.target.as_str()) && !is_file(&wish.target) {
+                    let fault = Diagnostic::error(span, format!("there is no node \"{}\"", wish.target))
+                        .label(format!("`{}` needs a {}", wish.field, wish.of));
+                    let known = self.nodes.iter().map(|node| node.id.as_str());
+                    self.faults.push(match nearest(&wish.target, known) {
+                        Some(near) => fault.help(format!("did you mean \"{near}\"?")),
+                        None => fault,
+                    });
+                }
+                continue;
+            };
+            let kind = &self.nodes[target].kind;
+            if kind.output != wish.of {
+                let message = format!(
+                    "`{}` needs a {}, but \"{}\" is a {} and makes a {}",
+                    wish.field, wish.of, wish.target, kind.name, kind.output
+                );
+                let fault = Diagnostic::error(span, message).label("wrong type");
+                let fits = |node: &&Checked| node.kind.output == wish.of && node.id != raw.id;
+                let others: Vec<&str> =
+                    self.nodes.iter().filter(fits).map(|node| node.id.as_str()).collect();
+                self.faults.push(match others.len() {
+                    0 => fault,
+                    _ => fault.help(format!("nodes that make a {}: {}", wish.of, list(others))),
+                });
+                continue;
+            }
+            self.nodes[wish.from].links.push(target);
+        }
+    }
+
+    /// Adds a node that reads the file that a link names.
+    fn read(&mut self, wish: &Wish, span: std::ops::Range<usize>, names: &mut HashMap<String, usize>) {
+        let kind = wish.reader.as_ref().and_then(|name| self.registry.kind(name)).cloned();
+        let Some(kind) = kind else {
+            let message = format!("\"{}\" is a file, but a {} cannot be read from one", wish.target, wish.of);
+            self.faults.push(
+                Diagnostic::error(span, message).help(format!("link a node that makes a {}", wish.of)),
+            );
+            return;
+        };
+        let text = format!("{}(file: {:?})", kind.name, wish.target);
+        match (kind.parse)(&text) {
+            Ok(node) => {
+                names.insert(wish.target.clone(), self.nodes.len());
+                let files = vec![wish.target.clone()];
+                let id = wish.target.clone();
+                self.nodes.push(Checked { id, kind, node, files, links: Vec::new() });
+            }
+            Err(error) => {
+                self.faults.push(Diagnostic::error(span, format!("this file cannot be named: {error}")));
+            }
+        }
+    }
+
+    /// Orders the nodes; reports every cycle with all nodes in it.
+    fn order(&mut self) -> Vec<usize> {
+        let mut graph = DiGraph::<usize, ()>::new();
+        let indices: Vec<NodeIndex> = (0..self.nodes.len()).map(|i| graph.add_node(i)).collect();
+        for (i, node) in self.nodes.iter().enumerate() {
+            for link in &node.links {
+                graph.add_edge(indices[i], indices[*link], ());
+            }
+        }
+        for cycle in tarjan_scc(&graph) {
+            let is_loop = cycle.len() > 1 || graph.contains_edge(cycle[0], cycle[0]);
+            if is_loop {
+                let mut ids: Vec<&str> =
+                    cycle.iter().rev().map(|i| self.nodes[graph[*i]].id.as_str()).collect();
+                // Begin with the node that stands first in the text.
+                let first = ids.iter().enumerate().min_by_key(|(_, id)| {
+                    self.document.nodes.iter().position(|raw| raw.id == **id)
+                });
+                let first = first.map_or(0, |(at, _)| at);
+                ids.rotate_left(first);
+                let raw = self.document.nodes.iter().find(|raw| raw.id == ids[0]);
+                let span = raw.map_or(0..1, |raw| raw.id_span.clone());
+                let way = ids.join("\" uses \"");
+                let message = format!("nodes use each other in a circle: \"{way}\" uses \"{}\"", ids[0]);
+                self.faults.push(Diagnostic::error(span, message).label("one of them"));
+            }
+        }
+        toposort(&graph, None).map_or_else(|_| Vec::new(), |order| order.iter().map(|i| graph[*i]).collect())
+    }
+}
+
+fn missing(raw: &RawNode, field: &str, what: &str) -> Diagnostic {
+    Diagnostic::error(raw.id_span.clone(), format!("\"{}\" needs {what}", raw.id))
+        .label(format!("`{field}` is not given"))
+        .help(format!("add `{field}: \"...\"`; `spandrel nodes {}` says more", raw.kind))
+}
+
+/// Where a link's target stands.
+fn link_span(raw: &RawNode, wish: &Wish) -> std::ops::Range<usize> {
+    let field = raw.field(&wish.field);
+    if raw.is_edited {
+        return field;
+    }
+    // In a list of links, the one that is meant.
+    let text = field_span(&raw.text, &wish.field).map_or("", |span| &raw.text[span]);
+    let quoted = format!("\"{}\"", wish.target);
+    match text.find(&quoted) {
+        Some(at) => field.start + at..field.start + at + quoted.len(),
+        None => field,
+    }
+}
+
+/// Whether a field's text has no `inf` or `NaN`.
+fn is_finite(text: &str, field: &str) -> bool {
+    let Some(span) = field_span(text, field) else { return true };
+    let mut outside = true;
+    let bare: String = text[span]
+        .chars()
+        .map(|c| {
+            outside ^= c == '"';
+            if outside && c != '"' { c } else { ' ' }
+        })
+        .collect();
+    let mut words = bare.split(|c: char| !(c.is_alphanumeric() || c == '.' || c == '_'));
+    !words.any(|word| {
+        word == "inf" || word == "NaN" || word.parse::<f64>().is_ok_and(|value| !value.is_finite())
+    })
+}

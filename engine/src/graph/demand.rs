@@ -1,0 +1,170 @@
+//! Demand: from the outputs up, what each node must deliver.
+
+use std::path::Path;
+
+use super::check::Graph;
+use super::node::Link;
+use super::value::{AnyDemand, Value};
+use crate::error::{Error, Result};
+
+/// What is to be evaluated: nodes, each with all that its users ask of it.
+pub struct Plan {
+    pub(super) instances: Vec<Instance>,
+    /// The instances that were wanted, in order.
+    pub(super) wanted: Vec<usize>,
+}
+
+/// A node with one demand. A node has several if its users ask what one value cannot serve.
+pub(super) struct Instance {
+    pub(super) node: usize,
+    pub(super) demand: Box<dyn AnyDemand>,
+    /// The instances that it uses, by the targets of its links.
+    pub(super) inputs: Vec<(String, usize)>,
+    /// The input that it returns unchanged.
+    pub(super) passes: Option<usize>,
+}
+
+/// What a node asks of its inputs.
+pub struct Upstream<'a> {
+    graph: &'a Graph,
+    asks: Vec<(usize, Box<dyn AnyDemand>)>,
+}
+
+impl Upstream<'_> {
+    /// Asks a linked node for a value. Links that are not given are passed over.
+    pub fn ask<T: Value>(&mut self, link: &Link<T>, demand: T::Demand) {
+        self.ask_any(link.target(), Box::new(demand));
+    }
+
+    /// The folder from which files are found.
+    pub fn directory(&self) -> &Path {
+        &self.graph.directory
+    }
+
+    fn ask_any(&mut self, target: &str, demand: Box<dyn AnyDemand>) {
+        if let Some(node) = self.graph.names.get(target) {
+            self.asks.push((*node, demand));
+        }
+    }
+}
+
+/// What is wanted of a graph.
+#[derive(Default)]
+pub struct Wishes(Vec<(String, Box<dyn AnyDemand>, &'static str)>);
+
+impl Wishes {
+    /// Nothing.
+    pub fn new() -> Wishes {
+        Wishes::default()
+    }
+
+    /// A value of a node.
+    pub fn want<T: Value>(&mut self, id: &str, demand: T::Demand) -> &mut Wishes {
+        self.0.push((id.to_owned(), Box::new(demand), T::NAME));
+        self
+    }
+}
+
+impl Plan {
+    /// Finds what must be evaluated to get what is wanted.
+    ///
+    /// # Errors
+    /// If there is no such node, it makes another type of value, or a node cannot deliver what is asked.
+    pub fn new(graph: &Graph, wishes: &Wishes) -> Result<Plan, Failure> {
+        let mut asked: Vec<Vec<Ask>> = (0..graph.nodes.len()).map(|_| Vec::new()).collect();
+        for (i, (id, demand, of)) in wishes.0.iter().enumerate() {
+            let node = graph.find(id).map_err(|error| Failure { node: id.clone(), error })?;
+            let kind = &graph.nodes[node].kind;
+            if kind.output != *of {
+                let message = format!("a {} makes a {}, not a {of}", kind.name, kind.output);
+                return Err(Failure { node: id.clone(), error: Error::invalid(message) });
+            }
+            asked[node].push(Ask { by: User::Outside(i), demand: demand.boxed() });
+        }
+        let mut plan = Plan { instances: Vec::new(), wanted: vec![0; wishes.0.len()] };
+        for node in &graph.order {
+            let asks = std::mem::take(&mut asked[*node]);
+            for (demand, users) in merged(asks) {
+                let at = plan.instances.len();
+                for user in users {
+                    match user {
+                        User::Outside(i) => plan.wanted[i] = at,
+                        User::Input(instance, slot) => plan.instances[instance].inputs[slot].1 = at,
+                    }
+                }
+                let instance = plan_one(graph, *node, demand, at, &mut asked)?;
+                plan.instances.push(instance);
+            }
+        }
+        Ok(plan)
+    }
+
+    /// The names of the nodes that will be evaluated, users before what they use.
+    pub fn nodes<'g>(&self, graph: &'g Graph) -> Vec<&'g str> {
+        self.instances.iter().map(|instance| graph.nodes[instance.node].id.as_str()).collect()
+    }
+}
+
+/// A failure, and the node that failed.
+#[derive(Debug, thiserror::Error)]
+#[error("node \"{node}\": {error}")]
+pub struct Failure {
+    /// The node.
+    pub node: String,
+    /// What went wrong.
+    pub error: Error,
+}
+
+struct Ask {
+    by: User,
+    demand: Box<dyn AnyDemand>,
+}
+
+/// Who asks.
+enum User {
+    /// The program: the wish of this number.
+    Outside(usize),
+    /// An instance, for the input of this number.
+    Input(usize, usize),
+}
+
+/// The fewest demands that cover all that is asked, each with who asked it.
+fn merged(asks: Vec<Ask>) -> Vec<(Box<dyn AnyDemand>, Vec<User>)> {
+    let mut merged: Vec<(Box<dyn AnyDemand>, Vec<User>)> = Vec::new();
+    for ask in asks {
+        let covering = merged.iter_mut().find_map(|(demand, users)| {
+            demand.cover(&*ask.demand).then_some(users)
+        });
+        match covering {
+            Some(users) => users.push(ask.by),
+            None => merged.push((ask.demand, vec![ask.by])),
+        }
+    }
+    merged
+}
+
+fn plan_one(
+    graph: &Graph,
+    node: usize,
+    demand: Box<dyn AnyDemand>,
+    at: usize,
+    asked: &mut [Vec<Ask>],
+) -> Result<Instance, Failure> {
+    let checked = &graph.nodes[node];
+    let mut upstream = Upstream { graph, asks: Vec::new() };
+    let passes = checked.node.passes();
+    match &passes {
+        Some(target) => upstream.ask_any(target, demand.boxed()),
+        None => checked
+            .node
+            .demand(&*demand, &mut upstream)
+            .map_err(|error| Failure { node: checked.id.clone(), error })?,
+    }
+    let mut inputs = Vec::new();
+    for (slot, (target, demand)) in upstream.asks.into_iter().enumerate() {
+        inputs.push((graph.nodes[target].id.clone(), usize::MAX));
+        asked[target].push(Ask { by: User::Input(at, slot), demand });
+    }
+    let passes = passes.map(|_| 0);
+    Ok(Instance { node, demand, inputs, passes })
+}

@@ -1,0 +1,98 @@
+//! What is wrong with a graph, where, and the cure.
+
+use std::ops::Range;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The graph works, but perhaps not as meant.
+    Warning,
+    /// The graph cannot be evaluated.
+    Error,
+}
+
+/// A fault of a graph's text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// How bad it is.
+    pub severity: Severity,
+    /// What is wrong.
+    pub message: String,
+    /// The bytes of the text that are to blame.
+    pub span: Range<usize>,
+    /// What stands at the blamed place.
+    pub label: String,
+    /// The cure.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// An error at a place of the text.
+    pub fn error(span: Range<usize>, message: impl Into<String>) -> Diagnostic {
+        let (message, label) = (message.into(), String::new());
+        Diagnostic { severity: Severity::Error, message, span, label, help: None }
+    }
+
+    /// The same with what stands at the place.
+    #[must_use]
+    pub fn label(mut self, label: impl Into<String>) -> Diagnostic {
+        self.label = label.into();
+        self
+    }
+
+    /// The same with the cure.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Diagnostic {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// The line and column, from 1, at which the place begins; the column in characters.
+    pub fn position(&self, text: &str) -> (usize, usize) {
+        let before = text.get(..self.span.start).unwrap_or(text);
+        let line = before.matches('\n').count() + 1;
+        let start = before.rfind('\n').map_or(0, |at| at + 1);
+        (line, before[start..].chars().count() + 1)
+    }
+}
+
+/// The name that was probably meant: the nearest by edits, if it is near.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = name.to_lowercase();
+    let distance = |known: &str| strsim::damerau_levenshtein(&lower, &known.to_lowercase());
+    let near = known.into_iter().map(|known| (distance(known), known));
+    let (edits, best) = near.min_by_key(|(edits, known)| (*edits, *known))?;
+    (edits <= 1 + name.chars().count() / 3).then_some(best)
+}
+
+/// A list of names for a message, shortened.
+pub fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.into_iter().collect();
+    match names.len() {
+        0 => "none".to_owned(),
+        1..=12 => names.join(", "),
+        n => format!("{}, and {} more", names[..12].join(", "), n - 12),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_guessed_only_if_they_are_near() {
+        assert_eq!(nearest("Fgo", ["Fog", "Write"]), Some("Fog"));
+        assert_eq!(nearest("scanline", ["Scanline"]), Some("Scanline"));
+        assert_eq!(nearest("x", ["Illuminate"]), None);
+        assert_eq!(nearest("a", []), None);
+    }
+
+    #[test]
+    fn places_are_counted_in_characters() {
+        let text = "é\n  äb";
+        let place = |span: Range<usize>| Diagnostic::error(span, "").position(text);
+        assert_eq!(place(0..1), (1, 1));
+        assert_eq!(place(5..7), (2, 3));
+        assert_eq!(place(7..8), (2, 4));
+    }
+}

@@ -1,0 +1,27 @@
+//! The graph: a document of nodes, checked, asked and evaluated.
+//!
+//! This module knows no picture. It knows *values* with their *demands* ([`value`]), *nodes* that make
+//! one value from others ([`node`]), the *registry* of all kinds of node, and three phases:
+//!
+//! 1. **check** ([`check`]): parse the document, link it, report every error at once.
+//! 2. **demand** ([`demand`]): from the outputs up, what each node must deliver; what nobody asks for is
+//!    not computed.
+//! 3. **evaluate** ([`evaluate`]): in parallel, each content once.
+
+pub mod catalogue;
+pub mod check;
+pub mod demand;
+pub mod diagnostic;
+pub mod document;
+pub mod evaluate;
+pub mod node;
+pub mod registry;
+pub mod value;
+
+pub use check::Graph;
+pub use demand::{Plan, Upstream};
+pub use diagnostic::{Diagnostic, Severity};
+pub use evaluate::{Inputs, Report, Run};
+pub use node::{Link, Node};
+pub use registry::Registry;
+pub use value::{Demand, Value};

@@ -1,0 +1,93 @@
+//! The registry: all kinds of node that a graph may use.
+
+use serde_json::Value as Json;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::catalogue::{self, Field};
+use super::node::{AnyNode, Node};
+use super::value::Value;
+use crate::scene::read::text::options;
+
+/// All kinds of node, by name.
+///
+/// A program registers the kinds that it wants, one call each; there is no registration by magic.
+#[derive(Clone, Default)]
+pub struct Registry {
+    kinds: BTreeMap<&'static str, Arc<Kind>>,
+}
+
+/// A kind of node: what its declaration says.
+pub struct Kind {
+    /// The name in graphs.
+    pub name: &'static str,
+    /// The group of the catalogue.
+    pub group: &'static str,
+    /// Other names under which people look for it.
+    pub aliases: &'static [&'static str],
+    /// The name of the type that it makes.
+    pub output: &'static str,
+    /// What it does.
+    pub doc: String,
+    /// Its fields, in order.
+    pub fields: Vec<Field>,
+    pub(super) schema: Json,
+    pub(super) parse: Parse,
+}
+
+/// Parses a node's text.
+type Parse = fn(&str) -> Result<Box<dyn AnyNode>, Box<ron::error::SpannedError>>;
+
+impl Registry {
+    /// A registry without kinds.
+    pub fn new() -> Registry {
+        Registry::default()
+    }
+
+    /// Adds a kind of node.
+    ///
+    /// # Panics
+    /// If there is a kind of that name already.
+    pub fn register<N: Node>(&mut self) -> &mut Registry {
+        let schema = schema_of::<N>();
+        let default = ron::Options::default().to_string(&N::default()).unwrap_or_default();
+        let kind = Kind {
+            name: N::KIND,
+            group: N::GROUP,
+            aliases: N::ALIASES,
+            output: N::Output::NAME,
+            doc: catalogue::doc(&schema),
+            fields: catalogue::fields(&schema, &default),
+            schema,
+            parse: |text| {
+                let node: N = options().from_str(text).map_err(Box::new)?;
+                Ok(Box::new(node))
+            },
+        };
+        let other = self.kinds.insert(N::KIND, Arc::new(kind));
+        assert!(other.is_none(), "two kinds of node are called {}", N::KIND);
+        self
+    }
+
+    /// A kind by its name.
+    pub fn kind(&self, name: &str) -> Option<&Arc<Kind>> {
+        self.kinds.get(name)
+    }
+
+    /// The kind that is known by another name.
+    pub fn by_alias(&self, name: &str) -> Option<&Arc<Kind>> {
+        let is = |alias: &&str| alias.eq_ignore_ascii_case(name);
+        self.kinds.values().find(|kind| kind.aliases.iter().any(|alias| is(&alias)))
+    }
+
+    /// All kinds, by name.
+    pub fn kinds(&self) -> impl Iterator<Item = &Kind> {
+        self.kinds.values().map(|kind| &**kind)
+    }
+}
+
+fn schema_of<N: Node>() -> Json {
+    let settings = schemars::generate::SchemaSettings::default().with(|s| s.inline_subschemas = true);
+    let schema = settings.into_generator().into_root_schema_for::<N>();
+    schema.to_value()
+}

@@ -1,0 +1,42 @@
+//! Fog by depth, before resolve: right at edges, where fog on resolved pixels is wrong.
+
+use crate::color::Color;
+use crate::fragment::{Columns, Fragments, Shader};
+use crate::key::Key;
+use crate::math;
+
+/// Mixes surfaces with the fog's colour by the length of the way from the eye. [N], "Shading effects":
+/// "fog effect can be calculated using only depths".
+#[derive(Clone, Copy, Debug)]
+pub struct Fog {
+    /// Share of light lost per metre, 0 or more: after a way of 1 / density, 37 % are left.
+    pub density: f32,
+    /// The fog's own colour.
+    pub color: Color,
+    /// The way in metres that is free of fog.
+    pub start: f32,
+}
+
+impl Shader for Fog {
+    fn key(&self) -> Key {
+        Key::of(&("Fog", self.density, self.color, self.start))
+    }
+
+    fn reads(&self) -> Columns {
+        Columns::COLOR | Columns::DEPTH
+    }
+
+    fn shade(&self, fragments: &mut Fragments<'_>) {
+        for i in 0..fragments.len() {
+            let (x, y, depth) = (fragments.x[i], fragments.y[i], fragments.depth[i]);
+            let view = fragments.view;
+            let way = if view.is_parallel() {
+                view.distance(depth)
+            } else {
+                view.eye_point(x, y, depth).length()
+            };
+            let through = math::expf(-self.density * (way as f32 - self.start).max(0.0));
+            fragments.color[i] = self.color.mix(fragments.color[i], through);
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! Shaders and lights: programs over fragments.
+
+pub mod fog;
+pub mod illuminate;
+pub mod light;
+
+pub use fog::Fog;
+pub use illuminate::Illuminate;
+pub use light::{Light, ParallelLight};

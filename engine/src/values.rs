@@ -1,0 +1,183 @@
+//! The types on the graph's arrows, and what can be asked of each.
+//!
+//! | value | asked | made by |
+//! |---|---|---|
+//! | [`Scene`] | nothing | readers |
+//! | [`Camera`] | nothing | cameras |
+//! | [`SpanImage`] | a raster, a line plan, rows ([`Lines`]) | renderers, merges, shaders |
+//! | [`LightSource`] | nothing | lights |
+//! | [`Image`] | channels, and what the command line overrides ([`Picture`]) | resolve, image nodes |
+//! | [`Delivery`] | what the command line overrides ([`Override`]) | writers |
+
+use serde::Serialize;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::camera::Camera;
+use crate::graph::{Demand, Value};
+use crate::image::{Image, Window};
+use crate::key::Key;
+use crate::raster::{LinePlan, Raster, Rows};
+use crate::resolve::Channel;
+use crate::scene::Scene;
+use crate::shade::Light;
+use crate::span::SpanImage;
+
+impl Value for Scene {
+    type Demand = ();
+    const NAME: &'static str = "Scene";
+    const READER: Option<&'static str> = Some("ReadScene");
+
+    fn key(&self) -> Option<Key> {
+        Some(Key::of(&(&self.label, self.key.to_bytes())))
+    }
+
+    fn bytes(&self) -> usize {
+        let mut seen = std::collections::HashSet::new();
+        let distinct = self.instances.iter().filter(|i| seen.insert(Arc::as_ptr(&i.geometry)));
+        let meshes: usize = distinct.map(|i| i.geometry.bytes()).sum();
+        meshes + self.instances.len() * size_of::<crate::scene::Instance>()
+    }
+
+    fn facts(&self) -> Vec<(&'static str, u64)> {
+        vec![("faces", self.face_count() as u64), ("objects", self.instances.len() as u64)]
+    }
+}
+
+impl Value for Camera {
+    type Demand = ();
+    const NAME: &'static str = "Camera";
+
+    fn bytes(&self) -> usize {
+        size_of::<Camera>()
+    }
+}
+
+/// What is asked of a [`SpanImage`]: where its lines lie, and which rows are needed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Lines {
+    /// The raster.
+    pub raster: Raster,
+    /// Where lines lie.
+    pub plan: LinePlan,
+    /// The rows that are needed.
+    pub rows: Rows,
+}
+
+impl Demand for Lines {
+    fn cover(&mut self, other: &Lines) -> bool {
+        let fits = (self.raster, self.plan) == (other.raster, other.plan);
+        if fits {
+            self.rows = self.rows.start.min(other.rows.start)..self.rows.end.max(other.rows.end);
+        }
+        fits
+    }
+}
+
+impl Value for SpanImage {
+    type Demand = Lines;
+    const NAME: &'static str = "SpanImage";
+
+    fn bytes(&self) -> usize {
+        SpanImage::bytes(self)
+    }
+
+    fn facts(&self) -> Vec<(&'static str, u64)> {
+        let spans = self.lines().spans().len() as u64;
+        vec![("spans", spans), ("faces", self.face_count() as u64)]
+    }
+}
+
+/// A light source of any kind.
+#[derive(Clone, Debug)]
+pub struct LightSource(pub Arc<dyn Light>);
+
+impl Value for LightSource {
+    type Demand = ();
+    const NAME: &'static str = "Light";
+
+    fn key(&self) -> Option<Key> {
+        Some(self.0.key())
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+/// What the command line overrides in every picture.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Override {
+    /// The size that visibility is solved for.
+    pub size: Option<(u32, u32)>,
+    /// The scale at which it is resolved.
+    pub scale: Option<(f64, f64)>,
+    /// The part that is computed.
+    pub window: Option<Window>,
+    /// Whether files that exist are left alone.
+    pub no_clobber: bool,
+}
+
+/// What is asked of an [`Image`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Picture {
+    /// The channels that are needed.
+    pub channels: BTreeSet<Channel>,
+    /// What is overridden.
+    pub changed: Override,
+}
+
+impl Demand for Picture {
+    fn cover(&mut self, other: &Picture) -> bool {
+        let fits = (self.changed.size, self.changed.scale) == (other.changed.size, other.changed.scale);
+        if fits {
+            self.channels.extend(&other.channels);
+            // No window is the whole picture.
+            let windows = self.changed.window.zip(other.changed.window);
+            self.changed.window = windows.map(|(a, b)| a.around(b));
+        }
+        fits
+    }
+}
+
+impl Value for Image {
+    type Demand = Picture;
+    const NAME: &'static str = "Image";
+
+    fn bytes(&self) -> usize {
+        Image::bytes(self)
+    }
+
+    fn facts(&self) -> Vec<(&'static str, u64)> {
+        vec![("pixels", self.window.area() as u64)]
+    }
+}
+
+/// A file that was written.
+#[derive(Clone, Debug)]
+pub struct Delivery {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Its length.
+    pub bytes: u64,
+}
+
+impl Demand for Override {
+    fn cover(&mut self, other: &Override) -> bool {
+        self == other
+    }
+}
+
+impl Value for Delivery {
+    type Demand = Override;
+    const NAME: &'static str = "File";
+
+    fn bytes(&self) -> usize {
+        0
+    }
+
+    fn facts(&self) -> Vec<(&'static str, u64)> {
+        vec![("file bytes", self.bytes)]
+    }
+}

@@ -1,0 +1,102 @@
+use glam::DVec2;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::graph::node::FieldError;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::image::{Image, Window};
+use spandrel_engine::raster::Raster;
+use spandrel_engine::resolve::{self, Framing, Rule, Vertical};
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::values::{Lines, Picture};
+
+/// Turns spans into pixels, antialiased, at any scale. `size` and `lines` decide what visibility is
+/// solved for; `scale`, `pan` and `window` only how it is shown: several nodes that differ in these
+/// share one visibility.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Resolve {
+    /// The image.
+    pub image: Link<SpanImage>,
+    /// Width and height in pixels for which visibility is solved, each 1 to 65536.
+    pub size: (u32, u32),
+    /// How lines become pixels: `Sloped(n)`, with n lines per row and the slopes of edges;
+    /// `Sampled(n, Trapezoid)` or `Sampled(n, Box)`, lines as they are, weighted as in the papers. n is
+    /// 1 to 1024: time for accuracy.
+    pub lines: Rule,
+    /// Scale in x and y: the picture is this many times `size`, without solving visibility again.
+    pub scale: (f64, f64),
+    /// Moves the scene right and down, in pixels of the picture.
+    pub pan: (f64, f64),
+    /// The part to compute: left, top, width, height, in pixels of the picture.
+    pub window: Option<(u32, u32, u32, u32)>,
+    /// For `Sampled` at other scales than 1: `Whole` lines with equal weights as [N] eq. 7 has them, or
+    /// exact `Fractions`.
+    pub vertical: Vertical,
+}
+
+impl Default for Resolve {
+    fn default() -> Resolve {
+        Resolve {
+            image: Link::default(),
+            size: (1280, 720),
+            lines: Rule::Sloped(8),
+            scale: (1.0, 1.0),
+            pan: (0.0, 0.0),
+            window: None,
+            vertical: Vertical::Fractions,
+        }
+    }
+}
+
+impl Resolve {
+    /// What visibility is solved for, and how it is shown.
+    fn framing(&self, wanted: &Picture) -> Result<(Raster, Framing)> {
+        let (width, height) = wanted.changed.size.unwrap_or(self.size);
+        let raster = Raster::new(width, height)?;
+        let scale = DVec2::from(wanted.changed.scale.unwrap_or(self.scale));
+        let whole = Framing::scaled(raster, scale)?;
+        let window = match (wanted.changed.window, self.window) {
+            (Some(window), _) => window,
+            (None, Some((x, y, width, height))) => Window { x, y, width, height },
+            (None, None) => Window::whole(whole.columns.end, whole.rows.end),
+        };
+        let window = window.within(whole.columns.end, whole.rows.end);
+        let framing = Framing {
+            pan: DVec2::from(self.pan),
+            columns: window.x..window.x + window.width,
+            rows: window.y..window.y + window.height,
+            vertical: self.vertical,
+            ..whole
+        };
+        Ok((raster, framing))
+    }
+}
+
+impl Node for Resolve {
+    type Output = Image;
+    const KIND: &'static str = "Resolve";
+    const GROUP: &'static str = "image";
+    const ALIASES: &'static [&'static str] = &["DeepToImage", "Flatten", "Antialias"];
+
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        let at = |field| move |e: spandrel_engine::Error| FieldError::new(field, e.to_string());
+        let raster = Raster::new(self.size.0, self.size.1).map_err(at("size"))?;
+        self.lines.plan().map_err(at("lines"))?;
+        Framing::scaled(raster, DVec2::from(self.scale)).map_err(at("scale"))?;
+        Ok(())
+    }
+
+    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+        let (raster, framing) = self.framing(wanted)?;
+        let rows = framing.raster_rows(raster);
+        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows });
+        Ok(())
+    }
+
+    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+        let (_, framing) = self.framing(wanted)?;
+        let image = inputs.get(&self.image);
+        resolve::resolve(&image, self.lines, &framing, &wanted.channels)
+    }
+}

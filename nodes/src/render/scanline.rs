@@ -1,0 +1,45 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::camera::{Camera, View};
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::scene::Scene;
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::values::Lines;
+use spandrel_engine::visible::{self, Cluster};
+
+/// Renders a scene to spans by the scan-line method: on every line the visible part of all faces,
+/// exactly. Concave faces, holes, seals and faces that cross each other are solved as they are.
+///
+/// How many lines there are is not said here: whoever resolves the image asks for them.
+#[derive(Serialize, Deserialize, JsonSchema, Default)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scanline {
+    /// The scene.
+    pub scene: Link<Scene>,
+    /// The camera.
+    pub camera: Link<Camera>,
+    /// Where this scene coincides with others, the greater priority is seen. Each step is a
+    /// sixteen-millionth of the distance: more than rounding, less than can be seen.
+    #[schemars(range(min = -1000, max = 1000))]
+    pub priority: i32,
+}
+
+impl Node for Scanline {
+    type Output = SpanImage;
+    const KIND: &'static str = "Scanline";
+    const GROUP: &'static str = "render";
+    const ALIASES: &'static [&'static str] = &["ScanlineRender", "Render", "Renderer"];
+
+    fn demand(&self, _: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.scene, ());
+        upstream.ask(&self.camera, ());
+        Ok(())
+    }
+
+    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let view = View::new(&inputs.get(&self.camera), wanted.raster)?;
+        let cluster = Cluster { scene: inputs.get(&self.scene), priority: self.priority };
+        visible::render(&[cluster], &view, wanted.plan, wanted.rows.clone())
+    }
+}

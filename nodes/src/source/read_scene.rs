@@ -1,0 +1,52 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::graph::node::InFile;
+use spandrel_engine::graph::{Inputs, Node, Upstream};
+use spandrel_engine::scene::Scene;
+use spandrel_engine::scene::read::{self, Axis, ReadOptions};
+
+/// Reads a scene: glTF, OBJ, PLY, STL, CityJSON, or Spandrel's own text and binary formats.
+///
+/// A link to a scene may name the file itself; this node is for files that need options.
+#[derive(Serialize, Deserialize, JsonSchema, Default)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReadScene {
+    /// The file.
+    pub file: InFile,
+    /// The plan of the file. Absent, its default plan, or its only one.
+    pub plan: Option<String>,
+    /// Metres per unit of the file. Absent, what its format says.
+    pub unit: Option<f64>,
+    /// The axis that is up in the file. Absent, what its format says.
+    pub up: Option<Axis>,
+    /// A point of the file's own coordinates that becomes the origin: for maps, whose coordinates are
+    /// far from it.
+    pub origin: Option<[f64; 3]>,
+    /// Gives meshes without normals smooth shading where faces meet at less than this angle, in
+    /// degrees.
+    #[schemars(range(min = 0.0, max = 180.0))]
+    pub crease: Option<f64>,
+    /// A name for the scene in messages and object names. Absent, the file's path.
+    pub name: Option<String>,
+}
+
+impl Node for ReadScene {
+    type Output = Scene;
+    const KIND: &'static str = "ReadScene";
+    const GROUP: &'static str = "source";
+    const ALIASES: &'static [&'static str] = &["ReadGeo", "SceneReader", "Import", "Geometry"];
+
+    fn demand(&self, (): &(), _: &mut Upstream<'_>) -> Result<()> {
+        Ok(())
+    }
+
+    fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Scene> {
+        let ReadScene { file, plan, unit, up, origin, crease, name } = self;
+        let options = ReadOptions { unit: *unit, up: *up, origin: *origin, crease: *crease };
+        let label = name.as_deref().unwrap_or(&file.0);
+        let scene = read::scene(&file.resolve(inputs), plan.as_deref(), label, &options)?;
+        scene.notes.iter().for_each(|note| inputs.warn(note));
+        Ok(scene)
+    }
+}

@@ -1,0 +1,48 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::graph::node::FieldError;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::values::Lines;
+
+/// Merges span images by depth: everywhere the nearest of all is seen. Any number, in any order, with
+/// the same result bit for bit; surfaces that cross are cut where they meet.
+#[derive(Serialize, Deserialize, JsonSchema, Default)]
+#[serde(deny_unknown_fields, default)]
+pub struct DepthMerge {
+    /// The images; all must be seen through the same camera.
+    pub inputs: Vec<Link<SpanImage>>,
+}
+
+impl Node for DepthMerge {
+    type Output = SpanImage;
+    const KIND: &'static str = "DepthMerge";
+    const GROUP: &'static str = "span";
+    const ALIASES: &'static [&'static str] = &["DeepMerge", "ZMerge", "ZCombine", "Merge"];
+
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        match self.inputs.len() {
+            0 => Err(FieldError::new("inputs", "give at least one image to merge")),
+            _ => Ok(()),
+        }
+    }
+
+    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+        self.inputs.iter().for_each(|input| upstream.ask(input, wanted.clone()));
+        Ok(())
+    }
+
+    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let images: Vec<SpanImage> =
+            self.inputs.iter().map(|input| SpanImage::clone(&inputs.get(input))).collect();
+        SpanImage::merge(&images)
+    }
+
+    fn passes(&self) -> Option<&Link<SpanImage>> {
+        match &self.inputs[..] {
+            [only] => Some(only),
+            _ => None,
+        }
+    }
+}
