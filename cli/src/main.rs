@@ -1,3 +1,5 @@
+//! The `spandrel` program.
+
 fn main() -> std::process::ExitCode {
     spandrel::run(spandrel::library())
 }

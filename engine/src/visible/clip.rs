@@ -47,7 +47,7 @@ impl Guard {
             &|p| p.y - self.low.y * p.w,
             &|p| self.high.y * p.w - p.y,
         ];
-        sides.iter().fold(ring.to_vec(), |ring, inside| {
+        let mut cut_ring = sides.iter().fold(ring.to_vec(), |ring, inside| {
             let mut out = Vec::with_capacity(ring.len() + 2);
             for (i, q) in ring.iter().enumerate() {
                 let p = &ring[(i + ring.len() - 1) % ring.len()];
@@ -59,9 +59,11 @@ impl Guard {
                     out.push(*q);
                 }
             }
-            out.retain(|p| p.w > 0.0);
             out
-        })
+        });
+        // Inside all four sides, w is 0 at the eye itself and above 0 elsewhere.
+        cut_ring.retain(|p| p.w > 0.0);
+        cut_ring
     }
 }
 
@@ -81,18 +83,31 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_road_under_the_eye_is_cut_before_it() {
+    fn a_road_under_the_eye_is_cut_far_outside_the_raster() {
         let guard = Guard::new(Raster::new(100, 100).unwrap());
-        // A strip on the ground from far ahead to behind the eye: y = w-proportional below the eye.
+        // A strip on the ground, 100 below the eye, from far ahead to behind.
         let at = |x: f64, d: f64| Homogeneous { x: 50.0 * d + x, y: 50.0 * d + 100.0, r: 1.0, w: d };
-        let ring = guard.clip(&[at(-10.0, -5.0), at(10.0, -5.0), at(10.0, 100.0), at(-10.0, 100.0)]);
-        assert!(ring.len() >= 4);
-        for p in &ring {
-            assert!(guard.screen(p).is_some() || p.y / p.w > 65_000.0, "{p:?}");
-            assert!(p.w > 0.0);
+        for offset in [-3000.0, 0.0, 3000.0] {
+            let ring = [
+                at(offset - 10.0, -5.0),
+                at(offset + 10.0, -5.0),
+                at(offset + 10.0, 100.0),
+                at(offset - 10.0, 100.0),
+            ];
+            let ring: Vec<DVec2> =
+                guard.clip(&ring).iter().map(|p| DVec2::new(p.x / p.w, p.y / p.w)).collect();
+            // The strip's sides meet the horizon at (50 + offset / d, 50 + 100 / d); down there it runs
+            // out of the guard, so that its outline has corners beyond the raster on the side it goes to.
+            let reach = ring.iter().map(|p| (*p - DVec2::splat(50.0)).abs().max_element());
+            assert!(reach.fold(0.0, f64::max) > 65_000.0, "{offset}: {ring:?}");
+            // Its middle line, where it is in the raster's rows, is inside.
+            let p = DVec2::new(50.0 + offset * 0.4, 90.0);
+            let crossings = (0..ring.len()).filter(|i| {
+                let (a, b) = (ring[*i], ring[(i + 1) % ring.len()]);
+                (a.y <= p.y) != (b.y <= p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+            });
+            assert_eq!(crossings.count() % 2, 1, "{offset}: {ring:?}");
         }
-        let lowest = ring.iter().map(|p| p.y / p.w).fold(0.0, f64::max);
-        assert!(lowest > 100.0, "the strip leaves the picture below: {lowest}");
     }
 
     #[test]
