@@ -20,7 +20,7 @@ use crate::error::Result;
 
 /// How far a polygon's corners may leave its plane, as a share of its diameter. Its outline on the
 /// picture stays exact; only depth is off, by no more than this.
-pub const PLANARITY: f64 = 1e-4;
+pub const PLANARITY: f64 = 1e-3;
 
 /// How far apart two faces' planes may be, as a share of the mesh's diameter, to count as one: the
 /// noise of single-precision coordinates.
