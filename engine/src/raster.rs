@@ -131,13 +131,15 @@ impl LinePlan {
         rows.start * self.per_row..rows.end * self.per_row + last
     }
 
-    /// The first line at or below `y` pixels, that is, with `self.y(k) >= y`; clamped to `u32`.
+    /// The first line at or below `y` pixels, that is, with `self.y(k) >= y`. No line lies more than
+    /// [`MAX_SIDE`] rows down: for a greater `y` the result is beyond all of them.
     #[inline(always)]
     pub fn first_at_or_below(self, y: f64) -> u32 {
         let half = if self.phase == Phase::Centre { 0.5 } else { 0.0 };
-        let mut k = (y * f64::from(self.per_row) - half).ceil().clamp(0.0, 4e9) as u32;
+        let y = y.clamp(-1.0, f64::from(MAX_SIDE + 1));
+        let mut k = (y * f64::from(self.per_row) - half).ceil().max(0.0) as u32;
         // The product above rounds; the definition is by `self.y`, which all code shares.
-        while self.y(k) < y && k < u32::MAX {
+        while self.y(k) < y {
             k += 1;
         }
         while k > 0 && self.y(k - 1) >= y {
@@ -195,6 +197,8 @@ mod tests {
                     assert_eq!(plan.first_at_or_below(plan.y(k)), k);
                     assert_eq!(plan.first_at_or_below(plan.y(k) + 1e-9), k + 1);
                 }
+                assert_eq!(plan.first_at_or_below(f64::NEG_INFINITY), 0);
+                assert!(plan.first_at_or_below(f64::INFINITY) > MAX_SIDE * per_row);
             }
         }
     }

@@ -178,7 +178,9 @@ impl<'a> Setup<'a> {
                 }
                 Part::Seal(i) if self.instance.shows_seals => {
                     let seal = rings.ring(&mesh.seals(at)[i as usize].outline, None)?;
-                    rings.table.face(FaceHead { role: Role::Seal(parent), ..head }, [&seal[..]])?;
+                    if seal.len() >= 3 {
+                        rings.table.face(FaceHead { role: Role::Seal(parent), ..head }, [&seal[..]])?;
+                    }
                 }
                 Part::SealEdges(i) if self.instance.shows_seals => {
                     let seal = &mesh.seals(at)[i as usize];

@@ -1,9 +1,13 @@
-//! glTF 2.0, by the `gltf` library, which checks the document's structure. What it leaves unchecked,
-//! and would trip over, is checked here: buffers, accessors, and nodes that contain themselves.
+//! glTF 2.0, by the `gltf` library, which checks the document's structure. What it leaves unchecked, and
+//! would trip over, is checked here: containers ([`parse`]), buffers and accessors ([`buffers`]), nodes
+//! that contain themselves. Parts that a scene does not use, such as animations, may be broken.
 
-use base64::Engine as _;
+mod buffers;
+mod parse;
+
+use buffers::Buffers;
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec2, Vec3};
-use gltf::accessor::{DataType, Dimensions};
+use ::gltf::accessor::{DataType, Dimensions};
 use std::collections::HashSet;
 
 use super::super::document::{Document, Object, Plan, Transform};
@@ -15,21 +19,9 @@ use crate::camera::Camera;
 use crate::color::Color;
 use crate::error::{Error, Result};
 
-/// Extensions that a file may require. Those of materials and textures that are read later change the
-/// look and not the geometry.
-const EXTENSIONS: [&str; 1] = ["KHR_materials_unlit"];
-
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
-    let file = ::gltf::Gltf::from_slice(bytes).map_err(|e| parse_fault(reader, e))?;
-    for extension in file.extensions_required() {
-        if !EXTENSIONS.contains(&extension) {
-            return Err(reader.fault(format!("the file needs the extension {extension}, which is not known")));
-        }
-    }
-    let mut buffers = Vec::new();
-    for buffer in file.buffers() {
-        buffers.push(buffer_data(reader, &buffer, file.blob.as_deref())?);
-    }
+    let (file, blob) = parse::parse(reader, bytes)?;
+    let buffers = Buffers::new(&file, blob);
     let mut builder = Builder { reader, buffers, material_names: Vec::new() };
     let mut document = Document::default();
     let mut names = Names::default();
@@ -37,7 +29,7 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
         let index = material.index().unwrap_or(0);
         let name = names.unique(material.name().unwrap_or(&format!("material {index}")));
         builder.material_names.push(name.clone());
-        document.materials.insert(name, builder.material(&material));
+        document.materials.insert(name, builder.material(&file, &material));
     }
     let mut definitions = std::collections::BTreeMap::new();
     let mut names = Names::default();
@@ -71,89 +63,25 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     Ok(document)
 }
 
-fn parse_fault(reader: &Reader, error: ::gltf::Error) -> Error {
-    match error {
-        ::gltf::Error::Deserialize(e) => {
-            Error::at_line(&reader.path, e.line(), e.column(), format!("not glTF: {e}"))
-        }
-        ::gltf::Error::Validation(faults) => {
-            let list: Vec<String> =
-                faults.iter().take(5).map(|(path, fault)| format!("{path}: {fault}")).collect();
-            let more = if faults.len() > 5 { ", and more" } else { "" };
-            reader.fault(format!("not valid glTF: {}{more}", list.join("; ")))
-        }
-        other => reader.fault(format!("not glTF: {other}")),
-    }
-}
-
-/// The bytes of a buffer: of the file's own chunk, a data URI, or another file.
-fn buffer_data(
-    reader: &mut Reader,
-    buffer: &::gltf::Buffer<'_>,
-    blob: Option<&[u8]>,
-) -> Result<Vec<u8>> {
-    let index = buffer.index();
-    let data = match buffer.source() {
-        ::gltf::buffer::Source::Bin => {
-            let missing = || reader.fault(format!("buffer {index} has no data: the file has no chunk for it"));
-            blob.ok_or_else(missing)?.to_vec()
-        }
-        ::gltf::buffer::Source::Uri(uri) => match uri.strip_prefix("data:") {
-            Some(data) => {
-                let text = data.split_once(";base64,").map(|(_, text)| text).unwrap_or("");
-                base64::engine::general_purpose::STANDARD
-                    .decode(text)
-                    .map_err(|e| reader.fault(format!("buffer {index} is not base64: {e}")))?
-            }
-            None => reader.sibling(&decoded(uri))?.1,
-        },
-    };
-    if data.len() < buffer.length() {
-        return Err(reader.fault(format!(
-            "buffer {index} has {} bytes, {} are announced",
-            data.len(),
-            buffer.length()
-        )));
-    }
-    Ok(data)
-}
-
-/// A URI with its percent codes resolved.
-fn decoded(uri: &str) -> String {
-    let bytes = uri.as_bytes();
-    let mut out = Vec::new();
-    let mut i = 0;
-    while i < bytes.len() {
-        let code = (bytes[i] == b'%').then(|| uri.get(i + 1..i + 3)).flatten();
-        match code.and_then(|code| u8::from_str_radix(code, 16).ok()) {
-            Some(byte) => {
-                out.push(byte);
-                i += 3;
-            }
-            None => {
-                out.push(bytes[i]);
-                i += 1;
-            }
-        }
-    }
-    String::from_utf8_lossy(&out).into_owned()
-}
-
 struct Builder<'a> {
     reader: &'a mut Reader,
-    buffers: Vec<Vec<u8>>,
+    buffers: Buffers,
     material_names: Vec<String>,
 }
 
 impl Builder<'_> {
-    fn material(&mut self, material: &::gltf::Material<'_>) -> Material {
+    fn material(&mut self, file: &::gltf::Document, material: &::gltf::Material<'_>) -> Material {
         let pbr = material.pbr_metallic_roughness();
         let [r, g, b, alpha] = pbr.base_color_factor();
         let mut maps = std::collections::BTreeMap::new();
         let mut map = |what: &str, texture: ::gltf::Texture<'_>, uv_set: u32| {
+            // The format allows textures without a picture.
+            if !parse::has_picture(file, texture.index()) {
+                return;
+            }
             let picture = match texture.source().source() {
                 ::gltf::image::Source::Uri { uri, .. } if !uri.starts_with("data:") => {
-                    Picture::File(decoded(uri))
+                    Picture::File(buffers::decoded(uri))
                 }
                 _ => {
                     let name = self.reader.path.file_name().unwrap_or_default();
@@ -220,34 +148,43 @@ impl Builder<'_> {
             return Ok(Mesh::default());
         }
         let mut mesh = Mesh::default();
-        let mut has_points = false;
+        // The number of points, and whether there is data for them: without, they are zeros.
+        let mut positions = None;
         for (semantic, accessor) in primitive.attributes() {
             let float = [DataType::F32];
             let share = [DataType::F32, DataType::U8, DataType::U16];
             match semantic {
                 Semantic::Positions => {
-                    self.check(&accessor, &[Dimensions::Vec3], &float)?;
-                    has_points = true;
+                    self.buffers.check(self.reader, &accessor, &[Dimensions::Vec3], &float)?;
+                    let has_data = accessor.view().is_some() || accessor.sparse().is_some();
+                    positions = Some((accessor.count(), has_data));
                 }
-                Semantic::Normals => self.check(&accessor, &[Dimensions::Vec3], &float)?,
-                Semantic::TexCoords(0) => self.check(&accessor, &[Dimensions::Vec2], &share)?,
+                Semantic::Normals => self.buffers.check(self.reader, &accessor, &[Dimensions::Vec3], &float)?,
+                Semantic::TexCoords(0) => self.buffers.check(self.reader, &accessor, &[Dimensions::Vec2], &share)?,
                 Semantic::Colors(0) => {
-                    self.check(&accessor, &[Dimensions::Vec3, Dimensions::Vec4], &share)?;
+                    self.buffers.check(self.reader, &accessor, &[Dimensions::Vec3, Dimensions::Vec4], &share)?;
                 }
                 _ => {}
             }
         }
-        if !has_points {
-            return Err(Error::invalid("there are no positions"));
-        }
+        let Some((count, has_data)) = positions else {
+            // Valid, but nothing to see.
+            self.reader.note(format!("{what} has no positions: it is left out"));
+            return Ok(Mesh::default());
+        };
         if let Some(accessor) = primitive.indices() {
             let whole = [DataType::U8, DataType::U16, DataType::U32];
-            self.check(&accessor, &[Dimensions::Scalar], &whole)?;
+            self.buffers.check(self.reader, &accessor, &[Dimensions::Scalar], &whole)?;
         }
         let buffers = &self.buffers;
-        let data = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
-        let points = data.read_positions().ok_or_else(|| Error::invalid("positions cannot be read"))?;
-        mesh.points = points.map(|p| DVec3::from(p.map(f64::from))).collect();
+        let data = primitive.reader(|buffer| buffers.get(buffer.index()));
+        if has_data {
+            let points =
+                data.read_positions().ok_or_else(|| Error::invalid("positions cannot be read"))?;
+            mesh.points = points.map(|p| DVec3::from(p.map(f64::from))).collect();
+        } else {
+            mesh.points = vec![DVec3::ZERO; count.min(1 << 20)];
+        }
         if let Some(normals) = data.read_normals() {
             mesh.normals = normals.map(|n| Vec3::from(n).normalize_or_zero()).collect();
         }
@@ -275,73 +212,6 @@ impl Builder<'_> {
             mesh.add_polygon(&triangle.map(|i| corners[i]), front)?;
         }
         Ok(mesh)
-    }
-
-    /// Checks that an accessor is of a known type and that its data lies within its buffer.
-    fn check(
-        &self,
-        accessor: &::gltf::Accessor<'_>,
-        dimensions: &[Dimensions],
-        types: &[DataType],
-    ) -> Result<()> {
-        let index = accessor.index();
-        let fault = |what: &str| Error::invalid(format!("accessor {index} {what}"));
-        if !dimensions.contains(&accessor.dimensions()) || !types.contains(&accessor.data_type()) {
-            let (dimensions, kind) = (accessor.dimensions(), accessor.data_type());
-            return Err(fault(&format!("is {dimensions:?} of {kind:?}, which does not fit its use")));
-        }
-        let count = accessor.count();
-        let size = accessor.size();
-        if count == 0 {
-            return Err(fault("is empty"));
-        }
-        if let Some(view) = accessor.view() {
-            self.check_view(&view, accessor.offset(), count, size).map_err(|e| fault(&e))?;
-        }
-        match accessor.sparse() {
-            None if accessor.view().is_none() => Err(fault("has no data")),
-            None => Ok(()),
-            Some(sparse) => {
-                // Without a view the rest is zeros, which cost a file nothing.
-                if sparse.count() == 0 || sparse.count() > count || count > 1 << 26 {
-                    return Err(fault("has more sparse values than it has values"));
-                }
-                let indices = sparse.indices();
-                let width = indices.index_type().size();
-                let view = indices.view();
-                self.check_view(&view, indices.offset(), sparse.count(), width).map_err(|e| fault(&e))?;
-                let values = sparse.values();
-                self.check_view(&values.view(), values.offset(), sparse.count(), size)
-                    .map_err(|e| fault(&e))
-            }
-        }
-    }
-
-    fn check_view(
-        &self,
-        view: &::gltf::buffer::View<'_>,
-        offset: usize,
-        count: usize,
-        size: usize,
-    ) -> Result<(), String> {
-        let name = format!("uses buffer view {}", view.index());
-        let stride = view.stride().unwrap_or(size);
-        if stride < size {
-            return Err(format!("{name}, whose stride {stride} is less than the {size} bytes of an element"));
-        }
-        let end = stride
-            .checked_mul(count - 1)
-            .and_then(|bytes| bytes.checked_add(size))
-            .and_then(|bytes| bytes.checked_add(offset));
-        if end.is_none_or(|end| end > view.length()) {
-            return Err(format!("{name} of {} bytes, which is too short", view.length()));
-        }
-        let end = view.offset().checked_add(view.length());
-        let buffer = self.buffers.get(view.buffer().index()).map_or(0, Vec::len);
-        if end.is_none_or(|end| end > buffer) {
-            return Err(format!("{name}, which reaches beyond its buffer of {buffer} bytes"));
-        }
-        Ok(())
     }
 }
 
