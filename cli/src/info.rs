@@ -1,6 +1,6 @@
 //! `spandrel info`: what is in a file, and what is wrong with it.
 
-use spandrel_engine::Result;
+use spandrel_engine::{Error, Result};
 use spandrel_engine::graph::document::Document as GraphDocument;
 use spandrel_engine::scene::examine::{Fault, examine};
 use spandrel_engine::scene::read::{self, ReadOptions};
@@ -35,7 +35,7 @@ fn starts_with_graph(text: &str) -> bool {
 }
 
 fn graph(path: &Path) -> Result<String> {
-    let text = std::fs::read_to_string(path).map_err(|e| spandrel_engine::Error::file(path, e))?;
+    let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, e))?;
     let mut out = format!("{}: a graph\n", path.display());
     match GraphDocument::parse(&text) {
         Ok(document) => {
@@ -46,7 +46,7 @@ fn graph(path: &Path) -> Result<String> {
         Err(faults) => {
             let (line, column) = faults[0].position(&text);
             let message = faults[0].message.clone();
-            return Err(spandrel_engine::Error::at_line(path, line, column, message));
+            return Err(Error::at_line(path, line, column, message));
         }
     }
     let _ = writeln!(out, "`spandrel check` says more");
@@ -59,7 +59,11 @@ fn scene(path: &Path) -> Result<String> {
     let mut out = format!("{}: a scene\n", path.display());
     let directory = path.parent().unwrap_or(Path::new(""));
     for plan in &document.plans {
-        let scene = Scene::new(document, Some(&plan.name), "", reading.key, directory)?;
+        let scene = Scene::new(document, Some(&plan.name), "", reading.key, directory);
+        let scene = scene.map_err(|error| match error {
+            Error::Invalid(message) => Error::in_file(path, message),
+            other => other,
+        })?;
         let _ = writeln!(out, "plan \"{}\"", plan.name);
         describe(&mut out, plan, &scene);
         faults(&mut out, plan, &scene);

@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-use super::geometry::{PLANARITY, area_vector};
+use super::geometry::{PLANARITY, plane_normal};
 use super::mesh::Mesh;
 
 /// A kind of fault of a face.
@@ -79,7 +79,7 @@ fn examine_face(mesh: &Mesh, at: usize) -> Vec<Fault> {
     if repeats(&outline) || holes.iter().any(|hole| repeats(hole)) {
         faults.push(Fault::RepeatedCorner);
     }
-    let Some(normal) = area_vector(outline.iter().copied()).try_normalize() else {
+    let Some(normal) = plane_normal(outline.iter().copied()) else {
         faults.push(Fault::NoArea);
         return faults;
     };

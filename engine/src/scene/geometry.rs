@@ -201,6 +201,26 @@ pub(super) fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 
     points.zip(next).map(|(p, q)| (p - origin).cross(q - origin)).sum()
 }
 
+/// The unit normal of a polygon's plane, to its front. An outline that crosses itself may enclose as
+/// much one way round as the other; its plane then is that of its widest corner. `None` if all points
+/// lie on a line.
+pub(super) fn plane_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
+    let area = area_vector(points.clone());
+    let origin = points.clone().next()?;
+    let reach = points.clone().map(|p| (p - origin).length_squared()).fold(0.0, f64::max);
+    if area.length() > 1e-12 * reach {
+        return area.try_normalize();
+    }
+    let far = points.clone().max_by(|p, q| {
+        let from = |p: &DVec3| (*p - origin).length_squared();
+        from(p).total_cmp(&from(q))
+    })?;
+    let corner = |p: DVec3| (far - origin).cross(p - origin);
+    let widest =
+        points.map(corner).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
+    if widest.length() > 1e-12 * reach { widest.try_normalize() } else { None }
+}
+
 fn flat_and_affine(mesh: &Mesh, faults: &mut Faults) -> Result<Mesh> {
     let mut flat = Mesh {
         points: mesh.points.clone(),
@@ -215,8 +235,7 @@ fn flat_and_affine(mesh: &Mesh, faults: &mut Faults) -> Result<Mesh> {
     for at in 0..mesh.face_count() {
         without_repeats(mesh, mesh.outline(at), &mut outline);
         let points = || outline.iter().map(|corner| mesh.points[*corner as usize]);
-        let area = area_vector(points());
-        let Some(normal) = area.try_normalize() else {
+        let Some(normal) = plane_normal(points()) else {
             faults.without_area += 1;
             continue;
         };
@@ -398,7 +417,7 @@ fn share_planes(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
     for at in 0..mesh.face_count() {
         let outline = mesh.outline(at);
         let points = || outline.iter().map(|corner| mesh.points[*corner as usize]);
-        let normal = area_vector(points()).try_normalize().unwrap_or(DVec3::Y);
+        let normal = plane_normal(points()).unwrap_or(DVec3::Y);
         let point = points().sum::<DVec3>() / outline.len() as f64;
         let support = Support { point, normal };
         let turned = Support { point, normal: -normal };

@@ -135,7 +135,9 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
             }
             "f" => {
                 let part = parts.last_mut().expect("there is always a part");
-                face(part, &lists, &mut words, material.as_deref())?;
+                if let Some(remark) = face(part, &lists, &mut words, material.as_deref())? {
+                    reader.note(remark);
+                }
             }
             "o" | "g" if (keyword == "o") == has_objects => {
                 parts.push(Part { name: words.rest().to_owned(), ..Part::default() });
@@ -185,19 +187,30 @@ fn libraries(
     Ok(())
 }
 
-/// Adds a face: corners such as `1`, `1/2`, `1//3` or `1/2/3`, from 1, or from -1 backwards.
-fn face(part: &mut Part, lists: &Lists, words: &mut Words<'_>, material: Option<&str>) -> Result<()> {
+/// Adds a face: corners such as `1`, `1/2`, `1//3` or `1/2/3`, from 1, or from -1 backwards. Normals and
+/// texture coordinates that do not exist are left out, with a remark.
+fn face(
+    part: &mut Part,
+    lists: &Lists,
+    words: &mut Words<'_>,
+    material: Option<&str>,
+) -> Result<Option<String>> {
     let mut outline = Vec::new();
+    let mut remark = None;
     let start = words.rest();
     while let Some(word) = words.next() {
         let mut fields = word.split('/');
-        let mut field = |what: &str, count: usize| -> Result<Option<u32>> {
+        let mut field = |what: &str, count: usize, needed: bool| -> Result<Option<u32>> {
             let Some(text) = fields.next().filter(|text| !text.is_empty()) else { return Ok(None) };
             let index: i64 = text
                 .parse()
                 .map_err(|_| words.fault(word, format!("\"{word}\" is not a corner such as 1/2/3")))?;
             let place = if index < 0 { count as i64 + index } else { index - 1 };
             if index == 0 || !(0..count as i64).contains(&place) {
+                if !needed {
+                    remark = Some(format!("faces use a {what} that does not exist: it is left out"));
+                    return Ok(None);
+                }
                 return Err(words.fault(
                     word,
                     format!("{what} {index} does not exist: the file has {count} so far"),
@@ -205,9 +218,9 @@ fn face(part: &mut Part, lists: &Lists, words: &mut Words<'_>, material: Option<
             }
             Ok(Some(place as u32))
         };
-        let point = field("vertex", lists.points.len())?;
-        let uv = field("texture coordinate", lists.uvs.len())?;
-        let normal = field("normal", lists.normals.len())?;
+        let point = field("vertex", lists.points.len(), true)?;
+        let uv = field("texture coordinate", lists.uvs.len(), false)?;
+        let normal = field("normal", lists.normals.len(), false)?;
         let point = point.ok_or_else(|| words.fault(word, "a corner without a vertex"))?;
         outline.push(part.corner((point, uv, normal)));
     }
@@ -223,7 +236,7 @@ fn face(part: &mut Part, lists: &Lists, words: &mut Words<'_>, material: Option<
         }) as u32
     });
     part.faces.push((outline, front));
-    Ok(())
+    Ok(remark)
 }
 
 impl Part {

@@ -1,0 +1,56 @@
+//! Running the command line as a program, with a bound on its memory.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// What a program left behind.
+#[derive(Debug)]
+pub struct Ran {
+    /// The exit code; none if a signal ended it.
+    pub code: Option<i32>,
+    /// What it printed.
+    pub out: String,
+    /// What it complained about.
+    pub err: String,
+}
+
+/// Runs `program` with arguments in a folder, with at most 4 GB of memory and a minute of time.
+///
+/// # Panics
+/// If it cannot be run, or does not end in time.
+pub fn run(program: &str, arguments: &[&str], folder: &Path) -> Ran {
+    let mut child = Command::new("sh")
+        .arg("-c")
+        .arg("ulimit -v 4000000; exec \"$0\" \"$@\"")
+        .arg(program)
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("a shell can be started");
+    let clock = Instant::now();
+    while child.try_wait().expect("a child can be asked").is_none() {
+        if clock.elapsed() > Duration::from_secs(60) {
+            let _ = child.kill();
+            panic!("{program} {arguments:?} does not end");
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    let Output { status, stdout, stderr } = child.wait_with_output().expect("its output can be read");
+    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
+    Ran { code: status.code(), out: text(stdout), err: text(stderr) }
+}
+
+/// A folder of its own for a test, empty at first.
+///
+/// # Panics
+/// If it cannot be made.
+pub fn scratch(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("spandrel-test-{name}-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder can be made");
+    folder
+}
