@@ -135,14 +135,14 @@ pub(super) fn sweep(profile: &[[f64; 2]], path: &[DVec3], closed: bool, ring: bo
     let sides = if closed { m } else { m - 1 };
     for i in 0..if ring { n } else { n - 1 } {
         for j in 0..sides {
-            let quad = [vertex(i, j), vertex(i, j + 1), vertex(i + 1, j + 1), vertex(i + 1, j)];
+            let quad = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
             mesh.add_polygon(&quad, None)?;
         }
     }
     if closed && !ring {
         let section = |i: usize| (0..m).map(move |j| vertex(i, j));
-        let start: Vec<u32> = section(0).rev().collect();
-        let end: Vec<u32> = section(n - 1).collect();
+        let start: Vec<u32> = section(0).collect();
+        let end: Vec<u32> = section(n - 1).rev().collect();
         mesh.add_polygon(&start, None)?;
         mesh.add_polygon(&end, None)?;
     }
