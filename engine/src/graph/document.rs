@@ -194,8 +194,7 @@ pub(super) fn ron_error(text: &str, base: usize, error: &ron::error::SpannedErro
         let line = &part[line_start..];
         base + line_start + line.char_indices().nth(column).map_or(line.len(), |(at, _)| at)
     };
-    let (start, end) = (byte(&error.span.start), byte(&error.span.end));
-    let span = start..end.max(start + 1).min(text.len().max(start + 1));
+    let span = word_at(text, byte(&error.span.start)..byte(&error.span.end));
     let guess = |name: &str, known: &[&'static str]| {
         match super::diagnostic::nearest(name, known.iter().copied()) {
             Some(near) => format!("did you mean `{near}`?"),
@@ -227,10 +226,30 @@ pub(super) fn ron_error(text: &str, base: usize, error: &ron::error::SpannedErro
             Diagnostic::error(span, "expected fields in parentheses")
                 .help("write the kind's name and its fields, such as Camera(), even if there are none")
         }
+        E::ExpectedDifferentStructName { expected, found } => {
+            let fault = Diagnostic::error(span, format!("expected a `{expected}`, found a `{found}`"));
+            match found.as_str() {
+                "Scene" => fault.help("a scene is shown by a graph: name it in a Scanline node"),
+                _ => fault,
+            }
+        }
         E::Eof => Diagnostic::error(span, "the text ends too soon")
             .help("a closing `)`, `]`, `}` or `\"` is missing"),
         other => Diagnostic::error(span, other.to_string()),
     }
+}
+
+/// A place without the blanks before it; if nothing is left, the word that follows.
+fn word_at(text: &str, span: Range<usize>) -> Range<usize> {
+    let rest = &text[span.start.min(text.len())..];
+    let start = span.start + rest.len() - rest.trim_start().len();
+    if start < span.end {
+        // The library leaves out the quote that begins a string.
+        let quoted = text[..start].ends_with('"') && text[start..span.end].ends_with('"');
+        return start - usize::from(quoted)..span.end;
+    }
+    let end = text[start..].find(|c: char| c.is_whitespace() || ",()[]{}".contains(c));
+    start..start + end.unwrap_or(text.len() - start).max(1)
 }
 
 /// The bytes of a field's value in the text of a structure such as `Kind(a: 1, b: (2, 3))`.

@@ -181,6 +181,16 @@ struct State {
     failure: Option<Failure>,
 }
 
+/// How an instance gets its value.
+enum Start {
+    /// Its content was computed before.
+    Known(AnyValue),
+    /// Another instance is computing it, and will pass it on.
+    Waits,
+    /// It computes it.
+    Computes,
+}
+
 struct Evaluation<'a> {
     graph: &'a Graph,
     plan: &'a Plan,
@@ -232,34 +242,50 @@ impl<'a> Evaluation<'a> {
             Ok(key) => key,
             Err(error) => return self.fail(at, error),
         };
-        {
-            let mut state = self.state();
-            if let Some(value) = self.run.memo().get(&key).cloned() {
-                drop(state);
-                return self.finish(scope, at, value, Outcome::Known, 0.0);
-            }
-            if let Some(waiting) = state.busy.get_mut(&key) {
-                waiting.push(at);
-                return;
-            }
-            state.busy.insert(key, Vec::new());
+        match self.begin(key, at) {
+            Start::Known(value) => return self.finish(scope, at, value, Outcome::Known, 0.0),
+            Start::Waits => return,
+            Start::Computes => {}
         }
         self.progress.started(&node.id);
         let inputs = Inputs { graph: self.graph, run: self.run, progress: self.progress, node: &node.id, values };
         let clock = Instant::now();
         let made = catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*instance.demand, &inputs)));
         let seconds = clock.elapsed().as_secs_f64();
-        let waiting = self.state().busy.remove(&key).unwrap_or_default();
         match made.unwrap_or_else(|panic| Err(panicked(&*panic))) {
             Ok(mut value) => {
                 value.key.get_or_insert(key);
-                self.run.memo().insert(key, value.clone());
+                let waiting = {
+                    let mut state = self.state();
+                    self.run.memo().insert(key, value.clone());
+                    state.busy.remove(&key).unwrap_or_default()
+                };
                 self.finish(scope, at, value.clone(), Outcome::Evaluated, seconds);
                 for other in waiting {
                     self.finish(scope, other, value.clone(), Outcome::Known, 0.0);
                 }
             }
             Err(error) => self.fail(at, error),
+        }
+    }
+
+    /// Decides, in one step for all threads, how an instance gets its value. Locks are taken in one
+    /// order, state before memo, and none is held beyond this function.
+    fn begin(&self, key: Key, at: usize) -> Start {
+        let mut state = self.state();
+        let known = self.run.memo().get(&key).cloned();
+        if let Some(value) = known {
+            return Start::Known(value);
+        }
+        match state.busy.get_mut(&key) {
+            Some(waiting) => {
+                waiting.push(at);
+                Start::Waits
+            }
+            None => {
+                state.busy.insert(key, Vec::new());
+                Start::Computes
+            }
         }
     }
 

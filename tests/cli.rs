@@ -1,0 +1,216 @@
+//! The command line: its answers, its manners, its exit codes.
+
+use spandrel_tests::program::{Ran, run, scratch};
+use std::path::{Path, PathBuf};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_spandrel-under-test");
+
+const GRAPH: &str = r#"Graph(nodes: {
+    "eye": Camera(position: (2, 2, 5)),
+    "boxes": Scanline(scene: "box.ron", camera: "eye"),
+    "picture": Resolve(image: "boxes", size: (40, 30), lines: Sloped(2)),
+    "wide": Resolve(image: "boxes", size: (40, 30), lines: Sloped(2), scale: (2, 1)),
+    "file": Write(image: "picture", path: "out/a.png"),
+})"#;
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Folder {
+        let folder = scratch(name);
+        let scene = "Scene(plans: [(name: \"p\", root: (shape: Box(size: (1, 1, 1))))])";
+        std::fs::write(folder.join("box.ron"), scene).unwrap();
+        std::fs::write(folder.join("g.ron"), GRAPH).unwrap();
+        Folder(folder)
+    }
+
+    fn run(&self, arguments: &[&str]) -> Ran {
+        run(PROGRAM, arguments, &self.0)
+    }
+
+    fn png(&self, name: &str) -> Option<(u32, u32)> {
+        image::image_dimensions(self.0.join(name)).ok()
+    }
+
+    fn files(&self, sub: &str) -> usize {
+        std::fs::read_dir(self.0.join(sub)).map_or(0, Iterator::count)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn render_writes_what_the_graph_names() {
+    let folder = Folder::new("render");
+    let ran = folder.run(&["render", "g.ron"]);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    assert_eq!(folder.png("out/a.png"), Some((40, 30)));
+    assert!(ran.err.contains("wrote"), "{ran:?}");
+    assert_eq!(folder.files("out"), 1, "nothing but the picture is left");
+    let quiet = folder.run(&["render", "g.ron", "-q"]);
+    assert_eq!((quiet.out.as_str(), quiet.err.as_str()), ("", ""));
+}
+
+#[test]
+fn what_is_typed_overrides_the_graph() {
+    let folder = Folder::new("override");
+    let dimensions = |arguments: &[&str], file: &str| {
+        let ran = folder.run(&[&["render", "g.ron", "-q"], arguments].concat());
+        assert_eq!(ran.code, Some(0), "{arguments:?}: {ran:?}");
+        folder.png(file)
+    };
+    assert_eq!(dimensions(&["-o", "b.png"], "b.png"), Some((40, 30)));
+    assert_eq!(dimensions(&["--size", "16x12"], "out/a.png"), Some((16, 12)));
+    assert_eq!(dimensions(&["--scale", "0.5"], "out/a.png"), Some((20, 15)));
+    assert_eq!(dimensions(&["--scale", "2,1"], "out/a.png"), Some((80, 30)));
+    assert_eq!(dimensions(&["--window", "3,4,10,5"], "out/a.png"), Some((10, 5)));
+    assert_eq!(dimensions(&["--set", "picture.size=(8, 6)"], "out/a.png"), Some((8, 6)));
+    assert_eq!(dimensions(&["-w", "wide", "-o", "w.png"], "w.png"), Some((80, 30)));
+    assert_eq!(dimensions(&["-w", "file", "-j", "1"], "out/a.png"), Some((40, 30)));
+}
+
+#[test]
+fn exit_codes_tell_what_failed() {
+    let folder = Folder::new("codes");
+    std::fs::write(folder.0.join("bad.ron"), GRAPH.replace("Resolve", "Resolv")).unwrap();
+    std::fs::write(folder.0.join("lost.ron"), GRAPH.replace("box.ron", "lost.obj")).unwrap();
+    std::fs::write(folder.0.join("none.ron"), GRAPH.replace("Write(image: \"picture\", path: \"out/a.png\")", "Camera()")).unwrap();
+    std::fs::write(folder.0.join("latin.ron"), [0x47, 0xe9]).unwrap();
+    for (arguments, code, word) in [
+        (&["render", "bad.ron"][..], 3, "Resolve"),
+        (&["check", "bad.ron"], 3, "did you mean"),
+        (&["check", "g.ron"], 0, ""),
+        (&["render", "nowhere.ron"], 4, "nowhere.ron"),
+        (&["render", "lost.ron"], 4, "lost.obj"),
+        (&["render", "latin.ron"], 3, "UTF-8"),
+        (&["render", "none.ron"], 3, "Write"),
+        (&["render", "box.ron"], 3, "scene"),
+        (&["render", "g.ron", "--size", "10"], 2, "1920x1080"),
+        (&["render", "g.ron", "--set", "pictur.size=(1,1)"], 2, "did you mean \"picture\""),
+        (&["render", "g.ron", "--set", "picture.sise=(1,1)"], 3, "did you mean `size`"),
+        (&["render", "g.ron", "--scale", "0"], 1, "above 0"),
+        (&["render", "g.ron", "-w", "fill"], 1, "did you mean \"file\""),
+        (&["render", "g.ron", "-w", "eye"], 1, "Camera"),
+        (&["nodes", "Fgo"], 2, "did you mean Fog"),
+        (&["info", "nowhere.obj"], 4, "nowhere.obj"),
+        (&["convert", "box.ron", "a.obj"], 1, ".scene"),
+        (&["nonsense"], 2, ""),
+    ] {
+        let ran = folder.run(arguments);
+        assert_eq!(ran.code, Some(code), "{arguments:?}: {ran:?}");
+        assert!(ran.err.contains(word), "{arguments:?} without \"{word}\": {}", ran.err);
+    }
+}
+
+#[test]
+fn errors_show_the_line_underlined() {
+    let folder = Folder::new("underline");
+    std::fs::write(folder.0.join("bad.ron"), GRAPH.replace("Sloped(2))", "Slopd(2))")).unwrap();
+    let ran = folder.run(&["check", "bad.ron"]);
+    assert!(ran.err.contains("bad.ron:4:"), "{}", ran.err);
+    assert!(ran.err.contains("^^^^^"), "{}", ran.err);
+    assert!(ran.err.contains("help: did you mean `Sloped`?"), "{}", ran.err);
+    assert!(ran.err.contains("bad.ron has 1 error"), "{}", ran.err);
+}
+
+#[test]
+fn a_dry_run_writes_nothing() {
+    let folder = Folder::new("dry");
+    let ran = folder.run(&["render", "g.ron", "-n"]);
+    assert_eq!(ran.code, Some(0));
+    assert!(ran.out.contains("picture") && !ran.out.contains("wide"), "{}", ran.out);
+    assert_eq!(folder.files("out"), 0);
+}
+
+#[test]
+fn files_that_exist_are_kept_on_request() {
+    let folder = Folder::new("keep");
+    assert_eq!(folder.run(&["render", "g.ron", "-q"]).code, Some(0));
+    let ran = folder.run(&["render", "g.ron", "--no-clobber"]);
+    assert_eq!(ran.code, Some(4), "{ran:?}");
+    assert!(ran.err.contains("exists already"), "{}", ran.err);
+}
+
+#[test]
+fn statistics_show_what_ran() {
+    let folder = Folder::new("stats");
+    let ran = folder.run(&["render", "g.ron", "-q", "--stats=json"]);
+    let stats: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    let node = |id: &str| stats["nodes"].as_array().unwrap().iter().find(|n| n["node"] == id).cloned();
+    assert!(node("boxes").unwrap()["facts"]["spans"].as_u64().unwrap() > 60);
+    assert!(node("wide").is_none());
+    let ran = folder.run(&["render", "g.ron", "-q", "--explain"]);
+    assert!(ran.out.contains("wide (Resolve): not needed"), "{}", ran.out);
+    assert!(ran.out.contains("boxes (Scanline): evaluated for"), "{}", ran.out);
+}
+
+#[test]
+fn exr_files_hold_the_channels_that_were_asked_for() {
+    let folder = Folder::new("exr");
+    let graph = GRAPH.replace("path: \"out/a.png\"", "path: \"a.exr\", bits: 32, channels: [Color, Z, N, P, Id]");
+    std::fs::write(folder.0.join("e.ron"), graph).unwrap();
+    assert_eq!(folder.run(&["render", "e.ron", "-q"]).code, Some(0));
+    let exr = exr::prelude::read_all_flat_layers_from_file(folder.0.join("a.exr")).unwrap();
+    let layer = &exr.layer_data[0];
+    let names: Vec<String> = layer.channel_data.list.iter().map(|c| c.name.to_string()).collect();
+    assert_eq!(names, ["A", "B", "G", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z", "R", "Z", "id"]);
+    let at = |name: &str, x: usize, y: usize| {
+        let channel = layer.channel_data.list.iter().find(|c| c.name.to_string() == name).unwrap();
+        channel.sample_data.value_by_flat_index(y * 40 + x).to_f32()
+    };
+    // The box in the middle, background in the corner.
+    assert_eq!((at("A", 20, 12), at("A", 0, 0)), (1.0, 0.0));
+    assert_eq!(at("Z", 0, 0), f32::INFINITY);
+    assert_eq!(at("id", 0, 0), 0.0);
+    assert!(at("id", 20, 12) > 0.0);
+    let normal = ["N.X", "N.Y", "N.Z"].map(|name| at(name, 20, 12));
+    assert!((normal.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 1e-5);
+    // The point that is seen lies on the box, Z metres away along the view axis.
+    let p = ["P.X", "P.Y", "P.Z"].map(|name| f64::from(at(name, 20, 12)));
+    assert!(p[0].abs() <= 0.501 && (-0.001..=1.001).contains(&p[1]) && p[2].abs() <= 0.501, "{p:?}");
+    let eye = glam::DVec3::new(2.0, 2.0, 5.0);
+    let axis = -eye.normalize();
+    let distance = (glam::DVec3::from(p) - eye).dot(axis);
+    assert!((distance - f64::from(at("Z", 20, 12))).abs() < 1e-4, "{distance}");
+}
+
+#[test]
+fn scenes_convert_and_are_described() {
+    let folder = Folder::new("convert");
+    assert_eq!(folder.run(&["convert", "box.ron", "box.scene"]).code, Some(0));
+    assert_eq!(folder.run(&["convert", "box.scene", "again.ron"]).code, Some(0));
+    for file in ["box.ron", "box.scene", "again.ron"] {
+        let ran = folder.run(&["info", file]);
+        assert!(ran.out.contains("1 objects, 6 faces"), "{file}: {ran:?}");
+    }
+    let ran = folder.run(&["info", "g.ron"]);
+    assert!(ran.out.contains("a graph"), "{ran:?}");
+}
+
+#[test]
+fn a_reader_that_goes_is_no_failure() {
+    let folder = Folder::new("pipe");
+    let script = format!("{PROGRAM} nodes --json | head -c 10 >/dev/null; echo ${{PIPESTATUS[0]}}");
+    let ran = run("bash", &["-c", &script], Path::new(&folder.0));
+    assert_eq!(ran.out.trim(), "0", "{ran:?}");
+}
+
+#[test]
+fn an_interrupted_run_leaves_no_file() {
+    let folder = Folder::new("interrupt");
+    // Large enough to be caught while it writes.
+    let graph = GRAPH.replace("size: (40, 30)", "size: (6000, 6000)");
+    std::fs::write(folder.0.join("big.ron"), graph).unwrap();
+    let script = format!(
+        "{PROGRAM} render big.ron -q & pid=$!; for i in $(seq 1000); do \
+         ls out/.a.png.*.tmp >/dev/null 2>&1 && break; sleep 0.01; done; \
+         kill -INT $pid; wait $pid; echo $?"
+    );
+    let ran = run("bash", &["-c", &script], Path::new(&folder.0));
+    assert_eq!(ran.out.trim(), "130", "{ran:?}");
+    assert_eq!(folder.files("out"), 0, "{ran:?}");
+}

@@ -1,0 +1,158 @@
+//! The library of nodes and the gallery, as a whole: every node is documented, has defaults, stands in
+//! a graph of the gallery, and refuses nonsense. And the house: who may use whom.
+
+use spandrel_engine::graph::document::Document;
+use spandrel_engine::graph::{Graph, Registry};
+use spandrel_tests::data;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+fn repository() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
+}
+
+fn registry() -> Registry {
+    spandrel::library()
+}
+
+fn gallery() -> Vec<PathBuf> {
+    let all = data::files(&repository().join("graphs"), &[".ron"]);
+    all.into_iter().filter(|path| !path.to_string_lossy().contains("/assets/")).collect()
+}
+
+#[test]
+fn every_node_and_every_field_is_documented() {
+    for kind in registry().kinds() {
+        assert!(kind.doc.len() > 20, "{} has no documentation", kind.name);
+        for field in &kind.fields {
+            assert!(field.doc.len() > 5, "{}.{} has no documentation", kind.name, field.name);
+            assert!(!field.kind.contains("value"), "{}.{}: {}", kind.name, field.name, field.kind);
+        }
+    }
+}
+
+#[test]
+fn defaults_parse_and_only_links_and_files_are_needed() {
+    let registry = registry();
+    for kind in registry.kinds() {
+        let mut text = format!("Graph(nodes: {{\"it\": {}(", kind.name);
+        for field in &kind.fields {
+            match &field.default {
+                Some(default) => text += &format!("{}: {default}, ", field.name),
+                None => assert!(
+                    field.kind.starts_with("link") || field.kind.starts_with("file"),
+                    "{}.{} has no default",
+                    kind.name,
+                    field.name
+                ),
+            }
+        }
+        text += ")})";
+        let document = Document::parse(&text).unwrap();
+        if let Err(faults) = Graph::check(&document, &registry, Path::new("")) {
+            for fault in faults {
+                // What must be given may be missing; nothing else may be wrong.
+                let missing = fault.message.contains("needs")
+                    || ["name a file", "at least one image"].iter().any(|w| fault.message.contains(w));
+                assert!(missing, "{}: {}", kind.name, fault.message);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_node_refuses_nonsense() {
+    let registry = registry();
+    for kind in registry.kinds() {
+        for nonsense in ["nonsense: 1", "1", "\"text\""] {
+            let text = format!("Graph(nodes: {{\"it\": {}({nonsense})}})", kind.name);
+            let document = Document::parse(&text).unwrap();
+            assert!(Graph::check(&document, &registry, Path::new("")).is_err(), "{text}");
+        }
+        for field in &kind.fields {
+            for nonsense in ["Nonsense(1, 2)", "{1: 2}", "NaN", "-1e999"] {
+                let text = format!("Graph(nodes: {{\"it\": {}({}: {nonsense})}})", kind.name, field.name);
+                let document = Document::parse(&text).unwrap();
+                assert!(Graph::check(&document, &registry, Path::new("")).is_err(), "{text}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_node_stands_in_the_gallery_and_every_graph_is_sound() {
+    let registry = registry();
+    let mut used = BTreeSet::new();
+    for path in gallery() {
+        let document = Document::parse(&std::fs::read_to_string(&path).unwrap()).unwrap();
+        let graph = match Graph::check(&document, &registry, path.parent().unwrap()) {
+            Ok(graph) => graph,
+            Err(faults) => panic!("{}: {faults:?}", path.display()),
+        };
+        used.extend(graph.nodes().map(|node| node.kind));
+    }
+    for kind in registry.kinds() {
+        assert!(used.contains(kind.name), "no graph of the gallery uses {}", kind.name);
+    }
+}
+
+#[test]
+fn no_node_is_missing_from_the_librarys_list() {
+    let mut files = 0;
+    for path in data::files(&repository().join("nodes/src"), &[".rs"]) {
+        let text = std::fs::read_to_string(&path).unwrap();
+        files += text.matches("const KIND: &'static str").count();
+    }
+    assert_eq!(files, registry().kinds().count());
+}
+
+/// The modules of the engine, each with those that it may use. Arrows point down only.
+const LAYERS: [(&str, &[&str]); 16] = [
+    ("error", &[]),
+    ("math", &[]),
+    ("key", &[]),
+    ("output", &["error"]),
+    ("color", &["math"]),
+    ("raster", &["error"]),
+    ("camera", &["error", "math", "raster"]),
+    ("image", &["error", "color", "output"]),
+    ("fragment", &["camera", "color", "key"]),
+    ("span", &["camera", "color", "error", "fragment", "key", "math", "raster"]),
+    ("scene", &["camera", "color", "error", "fragment", "key", "math"]),
+    ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
+    ("shade", &["color", "error", "fragment", "key", "math"]),
+    ("resolve", &["camera", "color", "error", "fragment", "image", "key", "raster", "span"]),
+    ("graph", &["error", "key", "scene"]),
+    ("values", &["camera", "graph", "image", "key", "raster", "resolve", "scene", "shade", "span"]),
+];
+
+#[test]
+fn modules_use_only_what_stands_below_them() {
+    let source = repository().join("engine/src");
+    for path in data::files(&source, &[".rs"]) {
+        let within = path.strip_prefix(&source).unwrap().to_string_lossy().into_owned();
+        let module = within.split(['/', '.']).next().unwrap().to_owned();
+        if module == "lib" {
+            continue;
+        }
+        let known = LAYERS.iter().find(|(name, _)| *name == module);
+        let (_, below) = known.unwrap_or_else(|| panic!("{module} is not in the list of layers"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let code = text.split("#[cfg(test)]").next().unwrap();
+        for used in code.match_indices("crate::").filter_map(|(at, _)| code[at + 7..].split([':', ';', ' ', '{', ')']).next()) {
+            let own = used == module || used.starts_with(char::is_uppercase);
+            assert!(own || below.contains(&used), "{within} uses {used}, which does not stand below {module}");
+        }
+    }
+}
+
+#[test]
+fn nodes_know_the_engine_and_never_each_other() {
+    for path in data::files(&repository().join("nodes/src"), &[".rs"]) {
+        if path.ends_with("lib.rs") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(!text.contains("crate::") && !text.contains("super::"), "{}", path.display());
+    }
+}
