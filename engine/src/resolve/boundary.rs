@@ -5,7 +5,10 @@
 //! wants them; visibility never carries them. Within the strip of its line a boundary runs from an x at
 //! the strip's top to an x at its bottom:
 //!
-//! - an edge never leaves its own ends, so that its slope fades where it stops;
+//! - an edge is followed up and down no farther than to its nearer end, so that its slope fades where it
+//!   stops and the mean over the strip stays the line's own. Following it to each end for itself was
+//!   measured worse: by 7 % on a town at four lines per row, by half on a disc of short edges, where
+//!   what one side gains and the other loses no longer cancel;
 //! - boundaries of a line never cross: those that would are pooled at their mean (isotonic
 //!   regression), above and below independently. Limiting each to its neighbour's *middle* instead was
 //!   measured to make slivers worse than steps.
@@ -66,7 +69,9 @@ impl<'a> Boundaries<'a> {
             if id.is_some()
                 && let Some(edge) = self.edge_at(id, cell, y)
             {
-                return (edge.x_at(y - half), edge.x_at(y + half));
+                // Alike upwards and downwards, so that the line's own x stays the mean.
+                let reach = half.min(y - edge.top.y).min(edge.bottom.y - y);
+                return (edge.x_at(y - reach), edge.x_at(y + reach));
             }
         }
         let x = self.raster.pixels(cell);

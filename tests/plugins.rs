@@ -1,0 +1,100 @@
+//! A studio's kinds of node, among the library's own.
+
+use spandrel_engine::graph::demand::Wishes;
+use spandrel_engine::graph::document::Document;
+use spandrel_engine::graph::{Graph, Plan, Run};
+use spandrel_engine::image::Image;
+use spandrel_engine::resolve::Channel;
+use spandrel_engine::values::{Override, Picture};
+use spandrel_tests::program::scratch;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+fn render(text: &str, folder: &Path, channels: &[Channel]) -> Image {
+    let mut registry = spandrel::library();
+    spandrel_plugin_example::register(&mut registry);
+    let document = Document::parse(text).unwrap();
+    let graph = match Graph::check(&document, &registry, folder) {
+        Ok(graph) => graph,
+        Err(faults) => panic!("{faults:?}"),
+    };
+    let mut wishes = Wishes::new();
+    let channels = BTreeSet::from_iter(channels.iter().copied());
+    wishes.want::<Image>("picture", Picture { channels, changed: Override::default() });
+    let plan = Plan::new(&graph, &wishes).unwrap();
+    let evaluated = Run::new().evaluate(&graph, &plan, &()).unwrap();
+    Image::clone(&evaluated.value::<Image>(0))
+}
+
+/// The root of the mean square difference of a channel.
+fn rmse(a: &Image, b: &Image, channel: &str) -> f64 {
+    let (a, b) = (a.float(channel).unwrap(), b.float(channel).unwrap());
+    let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+    (a.iter().zip(b).map(square).sum::<f64>() / a.len() as f64).sqrt()
+}
+
+fn graph(balls: &str, shader: &str, last: &str) -> String {
+    format!(
+        r#"Graph(nodes: {{
+            "eye": Camera(position: (1, 2, 6), look_at: (0, 0.6, 0), field_of_view: 30),
+            "boxes": Scanline(scene: "boxes.ron", camera: "eye"),
+            "balls": {balls},
+            "both": DepthMerge(inputs: ["boxes", "balls"]),
+            "sun": ParallelLight(),
+            "lit": Illuminate(image: "both", lights: ["sun"], ambient: 0.2),
+            "last": {shader},
+            "flat": Resolve(image: "last", size: (320, 240), lines: Sampled(8, Box)),
+            "picture": {last},
+        }})"#
+    )
+}
+
+const BALLS: &str = r#"Spheres(camera: "eye", balls: [(centre: (0, 0.7, 0.2), radius: 0.7, color: (0.8, 0.5, 0.2))])"#;
+const MESH: &str = r#"Scanline(scene: "ball.ron", camera: "eye")"#;
+const PLAIN: &str = r#"Fog(image: "lit", density: 0)"#;
+
+fn scenes(name: &str) -> std::path::PathBuf {
+    let folder = scratch(name);
+    // A box that the ball sinks into.
+    let boxes = "Scene(plans: [(name: \"p\", root: (transform: [TurnY(30)], shape: Box(size: (1, 1, 1))))])";
+    let ball = "Scene(materials: {\"m\": (color: (0.8, 0.5, 0.2))}, plans: [(name: \"p\", root: (
+        material: \"m\", transform: [Move(0, 0.7, 0.2)], shape: Sphere(radius: 0.7, segments: 400)))])";
+    std::fs::write(folder.join("boxes.ron"), boxes).unwrap();
+    std::fs::write(folder.join("ball.ron"), ball).unwrap();
+    folder
+}
+
+#[test]
+fn another_programs_spans_merge_as_if_they_were_our_own() {
+    let folder = scenes("spheres");
+    let whole = r#"Vignette(image: "flat", strength: 0)"#;
+    let channels = [Channel::Color, Channel::Z];
+    let analytic = render(&graph(BALLS, PLAIN, whole), &folder, &channels);
+    let meshed = render(&graph(MESH, PLAIN, whole), &folder, &channels);
+    // The same picture, seam with the box included, but for the mesh's facets.
+    for channel in ["R", "G", "B", "A"] {
+        let error = rmse(&analytic, &meshed, channel);
+        assert!(error < 0.002, "{channel}: {error}");
+    }
+    let none = render(&graph(r#"Spheres(camera: "eye", balls: [])"#, PLAIN, whole), &folder, &channels);
+    assert!(rmse(&analytic, &none, "R") > 0.05, "the ball is seen");
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn shaders_and_image_nodes_take_their_places() {
+    let folder = scenes("studio");
+    let whole = r#"Vignette(image: "flat", strength: 0)"#;
+    let plain = render(&graph(BALLS, PLAIN, whole), &folder, &[Channel::Color]);
+    let lined = r#"Contours(image: "lit", interval: 0.25, width: 0.2)"#;
+    let lined = render(&graph(BALLS, lined, whole), &folder, &[Channel::Color]);
+    assert!(rmse(&plain, &lined, "G") > 0.02, "lines are drawn");
+    // Sums in another order: the same but for rounding.
+    assert!(rmse(&plain, &lined, "A") < 1e-6, "coverage stays as it was");
+    let dark = r#"Vignette(image: "flat", strength: 0.8)"#;
+    let dark = render(&graph(BALLS, PLAIN, dark), &folder, &[Channel::Color]);
+    let middle = 120 * 320 + 160;
+    let at = |image: &Image, i: usize| image.float("R").unwrap()[i];
+    assert!((at(&dark, middle) / at(&plain, middle) - 1.0).abs() < 1e-3);
+    std::fs::remove_dir_all(folder).unwrap();
+}
