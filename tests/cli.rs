@@ -78,7 +78,11 @@ fn exit_codes_tell_what_failed() {
     let folder = Folder::new("codes");
     std::fs::write(folder.0.join("bad.ron"), GRAPH.replace("Resolve", "Resolv")).unwrap();
     std::fs::write(folder.0.join("lost.ron"), GRAPH.replace("box.ron", "lost.obj")).unwrap();
-    std::fs::write(folder.0.join("none.ron"), GRAPH.replace("Write(image: \"picture\", path: \"out/a.png\")", "Camera()")).unwrap();
+    std::fs::write(
+        folder.0.join("none.ron"),
+        GRAPH.replace("Write(image: \"picture\", path: \"out/a.png\")", "Camera()"),
+    )
+    .unwrap();
     std::fs::write(folder.0.join("latin.ron"), [0x47, 0xe9]).unwrap();
     for (arguments, code, word) in [
         (&["render", "bad.ron"][..], 3, "Resolve"),
@@ -140,7 +144,8 @@ fn statistics_show_what_ran() {
     let folder = Folder::new("stats");
     let ran = folder.run(&["render", "g.ron", "-q", "--stats=json"]);
     let stats: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
-    let node = |id: &str| stats["nodes"].as_array().unwrap().iter().find(|n| n["node"] == id).cloned();
+    let node =
+        |id: &str| stats["nodes"].as_array().unwrap().iter().find(|n| n["node"] == id).cloned();
     assert!(node("boxes").unwrap()["facts"]["spans"].as_u64().unwrap() > 60);
     assert!(node("wide").is_none());
     let ran = folder.run(&["render", "g.ron", "-q", "--explain"]);
@@ -151,7 +156,10 @@ fn statistics_show_what_ran() {
 #[test]
 fn exr_files_hold_the_channels_that_were_asked_for() {
     let folder = Folder::new("exr");
-    let graph = GRAPH.replace("path: \"out/a.png\"", "path: \"a.exr\", bits: 32, channels: [Color, Z, N, P, Id]");
+    let graph = GRAPH.replace(
+        "path: \"out/a.png\"",
+        "path: \"a.exr\", bits: 32, channels: [Color, Z, N, P, Id]",
+    );
     std::fs::write(folder.0.join("e.ron"), graph).unwrap();
     assert_eq!(folder.run(&["render", "e.ron", "-q"]).code, Some(0));
     let exr = exr::prelude::read_all_flat_layers_from_file(folder.0.join("a.exr")).unwrap();
@@ -171,7 +179,10 @@ fn exr_files_hold_the_channels_that_were_asked_for() {
     assert!((normal.iter().map(|v| v * v).sum::<f32>() - 1.0).abs() < 1e-5);
     // The point that is seen lies on the box, Z metres away along the view axis.
     let p = ["P.X", "P.Y", "P.Z"].map(|name| f64::from(at(name, 20, 12)));
-    assert!(p[0].abs() <= 0.501 && (-0.001..=1.001).contains(&p[1]) && p[2].abs() <= 0.501, "{p:?}");
+    assert!(
+        p[0].abs() <= 0.501 && (-0.001..=1.001).contains(&p[1]) && p[2].abs() <= 0.501,
+        "{p:?}"
+    );
     let eye = glam::DVec3::new(2.0, 2.0, 5.0);
     let axis = -eye.normalize();
     let distance = (glam::DVec3::from(p) - eye).dot(axis);

@@ -16,9 +16,10 @@ use std::path::Path;
 /// A document that uses everything that the model has.
 fn everything() -> Document {
     let mut mesh = Mesh::default();
-    for (i, (x, y)) in [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0), (1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]
-        .iter()
-        .enumerate()
+    for (i, (x, y)) in
+        [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0), (1.0, 1.0), (2.0, 1.0), (2.0, 2.0)]
+            .iter()
+            .enumerate()
     {
         mesh.points.push(DVec3::new(*x, *y, 1e-300 * i as f64));
         mesh.normals.push(glam::Vec3::Z);
@@ -41,35 +42,49 @@ fn everything() -> Document {
     mesh.add_polygon(&[0, 1, 2], Some(glass)).unwrap();
     mesh.add_polygon(&[2, 1, 0], None).unwrap();
     let mut document = Document::default();
-    document.materials.insert("glass".into(), Material { alpha: 0.5, unlit: true, ..Material::default() });
+    document
+        .materials
+        .insert("glass".into(), Material { alpha: 0.5, unlit: true, ..Material::default() });
     let mut plan = Plan { name: "all".into(), ..Plan::default() };
     plan.cameras.insert("front".into(), Default::default());
     plan.lights.insert("sun".into(), Light::default());
     plan.environment = Some(Environment::default());
-    plan.definitions.insert("ball".into(), Object::new("", Shape::Sphere { radius: 0.1, segments: 8 }));
+    plan.definitions
+        .insert("ball".into(), Object::new("", Shape::Sphere { radius: 0.1, segments: 8 }));
     let array = Shape::Array {
         of: Box::new(Object::new("", Shape::Instance("ball".into()))),
         count: [2, 3, 1],
         step: [0.1, 0.2, 0.3],
     };
-    let patch = Patch { outline: vec![DVec3::ZERO, DVec3::X, DVec3::Y], material: Some("glass".into()) };
+    let patch =
+        Patch { outline: vec![DVec3::ZERO, DVec3::X, DVec3::Y], material: Some("glass".into()) };
     let polygon = Shape::Polygon {
         outline: vec![DVec3::ZERO, DVec3::X, DVec3::ONE, DVec3::Y],
         holes: vec![vec![DVec3::ZERO, DVec3::X, DVec3::Y]],
         seals: vec![patch],
     };
-    let mut faces = Object::new("faces", Shape::Faces(mesh)).of("glass").moved([1.0, 1.0 / 3.0, -2.0]);
+    let mut faces =
+        Object::new("faces", Shape::Faces(mesh)).of("glass").moved([1.0, 1.0 / 3.0, -2.0]);
     faces.user.insert("key".into(), "a \"value\"\n".into());
     faces.display = Display::FacesOnly;
     faces.transform.0.extend([Step::TurnX(1.0), Step::Stretch(-1.0, 1.0, 1.0), Step::Scale(0.1)]);
     let shapes = [
         polygon,
         array,
-        Shape::Prism { outline: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], holes: vec![], height: 1.0 },
+        Shape::Prism {
+            outline: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+            holes: vec![],
+            height: 1.0,
+        },
         Shape::Patch { points: [[DVec3::X; 4]; 4], divisions: [2, 3] },
-        Shape::HeightField { heights: vec![vec![0.0, 1.0], vec![0.5, 0.25]], size: [1.0, 2.0], smooth: true },
+        Shape::HeightField {
+            heights: vec![vec![0.0, 1.0], vec![0.5, 0.25]],
+            size: [1.0, 2.0],
+            smooth: true,
+        },
     ];
-    faces.children = shapes.into_iter().enumerate().map(|(i, s)| Object::new(format!("child {i}"), s)).collect();
+    faces.children =
+        shapes.into_iter().enumerate().map(|(i, s)| Object::new(format!("child {i}"), s)).collect();
     plan.root.children.push(faces);
     document.plans.push(plan.clone());
     document.plans.push(Plan { name: "other".into(), ..Plan::default() });
@@ -160,7 +175,12 @@ fn primitives_have_the_areas_and_volumes_of_their_formulas() {
         smooth: false,
     };
     check("revolve", &bowl, 6.0 * PI, 2.0 * PI);
-    let ring = vec![DVec3::new(-2.0, 0.0, -2.0), DVec3::new(2.0, 0.0, -2.0), DVec3::new(2.0, 0.0, 2.0), DVec3::new(-2.0, 0.0, 2.0)];
+    let ring = vec![
+        DVec3::new(-2.0, 0.0, -2.0),
+        DVec3::new(2.0, 0.0, -2.0),
+        DVec3::new(2.0, 0.0, 2.0),
+        DVec3::new(-2.0, 0.0, 2.0),
+    ];
     let frame = Shape::Sweep {
         profile: vec![[-0.5, 0.0], [0.5, 0.0], [0.5, 1.0], [-0.5, 1.0]],
         path: ring,
@@ -177,7 +197,8 @@ fn curved_primitives_have_the_normals_of_their_formulas() {
     for (point, normal) in mesh.points.iter().zip(&mesh.normals) {
         assert!((normal.as_dvec3() - *point / 2.0).length() < 1e-6);
     }
-    let flat = std::array::from_fn(|j| std::array::from_fn(|i| DVec3::new(i as f64, 0.0, -(j as f64))));
+    let flat =
+        std::array::from_fn(|j| std::array::from_fn(|i| DVec3::new(i as f64, 0.0, -(j as f64))));
     let mesh = Shape::Patch { points: flat, divisions: [3, 2] }.mesh().unwrap();
     assert!(mesh.normals.iter().all(|normal| (*normal - glam::Vec3::Y).length() < 1e-6));
     assert_eq!(mesh.uvs.last(), Some(&glam::Vec2::ONE));
@@ -192,8 +213,10 @@ fn coplanar_faces_share_one_plane_bit_for_bit() {
         p.as_vec3().as_dvec3()
     };
     for (i, (u, v)) in [(0.0, 0.0), (3.0, 1.0), (-5.0, 2.0), (7.0, -4.0)].into_iter().enumerate() {
-        let ring: Vec<u32> =
-            [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].iter().map(|(s, t)| mesh.add_point(at(u + s, v + t))).collect();
+        let ring: Vec<u32> = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
+            .iter()
+            .map(|(s, t)| mesh.add_point(at(u + s, v + t)))
+            .collect();
         let ring = if i == 2 { vec![ring[0], ring[2], ring[1]] } else { ring };
         mesh.add_polygon(&ring, None).unwrap();
     }
@@ -230,7 +253,11 @@ fn hidden_objects_hide_their_children_and_seals_can_be_hidden() {
     let sealed = || {
         let p = |x: f64, y: f64| DVec3::new(x, y, 0.0);
         let seal = Patch { outline: vec![p(0.2, 0.2), p(0.8, 0.2), p(0.2, 0.8)], material: None };
-        Shape::Polygon { outline: vec![p(0.0, 0.0), p(1.0, 0.0), p(0.0, 1.0)], holes: vec![], seals: vec![seal] }
+        Shape::Polygon {
+            outline: vec![p(0.0, 0.0), p(1.0, 0.0), p(0.0, 1.0)],
+            holes: vec![],
+            seals: vec![seal],
+        }
     };
     let shown = |above: Display, below: Display| {
         let child = Object { display: below, ..Object::new("child", sealed()) };
@@ -254,7 +281,12 @@ fn options_place_a_files_space() {
     let read = |options: ReadOptions| {
         let scene = read::scene(&path, None, "a", &options).unwrap();
         let i = &scene.instances[0];
-        i.geometry.mesh().points.iter().map(|p| i.world_from_object.transform_point3(*p)).collect::<Vec<_>>()
+        i.geometry
+            .mesh()
+            .points
+            .iter()
+            .map(|p| i.world_from_object.transform_point3(*p))
+            .collect::<Vec<_>>()
     };
     assert_eq!(read(ReadOptions::default())[2], DVec3::new(1000.0, 0.0, 1.0));
     let options = ReadOptions {
@@ -264,7 +296,10 @@ fn options_place_a_files_space() {
         crease: None,
     };
     assert_eq!(read(options)[2], DVec3::new(0.0, 0.001, 0.0));
-    assert!(read::scene(&path, None, "a", &ReadOptions { unit: Some(0.0), ..Default::default() }).is_err());
+    assert!(
+        read::scene(&path, None, "a", &ReadOptions { unit: Some(0.0), ..Default::default() })
+            .is_err()
+    );
     std::fs::remove_dir_all(folder).unwrap();
 }
 
@@ -278,8 +313,13 @@ fn ply_and_stl_in_text_and_binary_are_one_mesh() {
         )
     };
     let numbers = [0.0f32, 0.0, 0.0, 1.0, 0.5, 0.0, 0.0, 1.0, 0.25];
-    let mut files = vec![("t.ply", format!("{}0 0 0\n1 0.5 0\n0 1 0.25\n3 0 1 2\n", head("ascii")).into_bytes())];
-    for (name, format, little) in [("l.ply", "binary_little_endian", true), ("b.ply", "binary_big_endian", false)] {
+    let mut files = vec![(
+        "t.ply",
+        format!("{}0 0 0\n1 0.5 0\n0 1 0.25\n3 0 1 2\n", head("ascii")).into_bytes(),
+    )];
+    for (name, format, little) in
+        [("l.ply", "binary_little_endian", true), ("b.ply", "binary_big_endian", false)]
+    {
         let mut bytes = head(format).into_bytes();
         let word = |v: [u8; 4]| if little { v } else { [v[3], v[2], v[1], v[0]] };
         numbers.iter().for_each(|v| bytes.extend(word(v.to_le_bytes())));
@@ -298,7 +338,9 @@ fn ply_and_stl_in_text_and_binary_are_one_mesh() {
         let path = folder.join(name);
         std::fs::write(&path, bytes).unwrap();
         let reading = read::document(&path, &ReadOptions::default()).unwrap();
-        let Shape::Faces(mesh) = &reading.document.plans[0].root.children[0].shape else { panic!("{name}") };
+        let Shape::Faces(mesh) = &reading.document.plans[0].root.children[0].shape else {
+            panic!("{name}")
+        };
         let points: Vec<f64> = mesh.points.iter().flat_map(|p| p.to_array()).collect();
         assert_eq!(points, numbers.map(f64::from), "{name}");
         assert_eq!(mesh.outline(0), [0, 1, 2], "{name}");

@@ -31,7 +31,8 @@ fn fault(text: &str, blamed: &str, words: &[&str]) {
     let faults = faults(text);
     assert_eq!(faults.len(), 1, "{text}: {faults:?}");
     let fault = &faults[0];
-    let said = format!("{} {} {}", fault.message, fault.label, fault.help.clone().unwrap_or_default());
+    let said =
+        format!("{} {} {}", fault.message, fault.label, fault.help.clone().unwrap_or_default());
     for word in words {
         assert!(said.contains(word), "{said} without \"{word}\"");
     }
@@ -71,7 +72,8 @@ fn faults_say_where_they_are_and_what_helps() {
 #[test]
 fn kinds_and_fields_are_the_declarations() {
     fault(&nodes("\"a\": Camera"), "Camera", &["parentheses"]);
-    let list = nodes("\"m\": DepthMerge(inputs: [\"a\", \"b\"]), \"a\": Fog(image: \"m\", density: 1)");
+    let list =
+        nodes("\"m\": DepthMerge(inputs: [\"a\", \"b\"]), \"a\": Fog(image: \"m\", density: 1)");
     let faults = faults(&list);
     assert!(faults.iter().any(|f| f.message.contains("no node \"b\"")), "{faults:?}");
     assert!(faults.iter().any(|f| f.message.contains("circle")), "{faults:?}");
@@ -141,7 +143,8 @@ impl Small {
         let mut wishes = Wishes::new();
         for (id, window) in pictures {
             let changed = Override { window: *window, ..Override::default() };
-            wishes.want::<Image>(id, Picture { channels: BTreeSet::from([Channel::Color]), changed });
+            wishes
+                .want::<Image>(id, Picture { channels: BTreeSet::from([Channel::Color]), changed });
         }
         let plan = Plan::new(&graph, &wishes).unwrap();
         let evaluated = self.run.evaluate(&graph, &plan, &()).unwrap();
@@ -163,7 +166,8 @@ fn only_what_is_asked_for_is_computed_and_only_once() {
     let small = Small::new("once");
     let (_, first) = small.evaluate(&[("picture", None), ("small", None)]);
     // Not: "unused", which nobody asks for, and "clear", which passes its input on.
-    let all = ["both", "eye", "left", "left.ron", "lit", "picture", "right", "right.ron", "small", "sun"];
+    let all =
+        ["both", "eye", "left", "left.ron", "lit", "picture", "right", "right.ron", "small", "sun"];
     assert_eq!(first, all);
     assert_eq!(small.evaluate(&[("picture", None), ("small", None)]).1, Vec::<String>::new());
 }
@@ -187,7 +191,10 @@ fn an_edit_recomputes_what_depends_on_it() {
     let path = small.folder.join("right.ron");
     let text = std::fs::read_to_string(&path).unwrap().replace("0.5", "0.75");
     std::fs::write(&path, text).unwrap();
-    assert_eq!(small.evaluate(&[("picture", None)]).1, ["both", "lit", "picture", "right", "right.ron"]);
+    assert_eq!(
+        small.evaluate(&[("picture", None)]).1,
+        ["both", "lit", "picture", "right", "right.ron"]
+    );
     // A comment in it changes nothing that anybody sees; the file alone is read again.
     small.document.set("both", "inputs", "[\"right\", \"left\"]").unwrap();
     assert_eq!(small.evaluate(&[("picture", None)]).1, ["both", "lit", "picture"]);
@@ -196,7 +203,10 @@ fn an_edit_recomputes_what_depends_on_it() {
 #[test]
 fn equal_nodes_are_computed_once() {
     let mut small = Small::new("equal");
-    let twin = SMALL.replace("\"unused\": Fog(image: \"left\")", "\"twin\": Scanline(scene: \"left.ron\", camera: \"eye\")");
+    let twin = SMALL.replace(
+        "\"unused\": Fog(image: \"left\")",
+        "\"twin\": Scanline(scene: \"left.ron\", camera: \"eye\")",
+    );
     let twin = twin.replace("inputs: [\"left\", \"right\"]", "inputs: [\"left\", \"twin\"]");
     small.document = Document::parse(&twin).unwrap();
     let (_, computed) = small.evaluate(&[("picture", None)]);
@@ -222,7 +232,8 @@ fn failures_name_the_node_and_the_file() {
     let graph = Graph::check(&small.document, &registry(), &small.folder).ok().unwrap();
     let mut wishes = Wishes::new();
     let changed = Override::default();
-    wishes.want::<Image>("picture", Picture { channels: BTreeSet::from([Channel::Color]), changed });
+    wishes
+        .want::<Image>("picture", Picture { channels: BTreeSet::from([Channel::Color]), changed });
     let plan = Plan::new(&graph, &wishes).unwrap();
     let failure = small.run.evaluate(&graph, &plan, &()).err().unwrap();
     assert_eq!(failure.node, "left.ron");

@@ -79,7 +79,10 @@ fn a_hole_is_transparent_and_a_seal_is_seen() {
         // Horizontal edges cross no line: each is off by at most half a strip.
         let half_strip = 0.5 / 8.0;
         let wall = 15.4 * 15.6 - 20.0 - 25.0;
-        assert!((areas[0] - wall).abs() < half_strip * 2.0 * (15.4 + 4.0 + 5.0), "{rule:?}: {areas:?}");
+        assert!(
+            (areas[0] - wall).abs() < half_strip * 2.0 * (15.4 + 4.0 + 5.0),
+            "{rule:?}: {areas:?}"
+        );
         assert!((areas[1] - 25.0).abs() < half_strip * 2.0 * 5.0, "{rule:?}: {areas:?}");
     }
 }
@@ -117,8 +120,7 @@ fn coverage_sums_to_one_in_every_pixel() {
         let view = scenes::front_view(31, 19);
         for rule in [Rule::Sampled(3, Weighting::Trapezoid), Rule::Sloped(2), Rule::Sloped(5)] {
             let plan = rule.plan().unwrap();
-            let image =
-                visible::render(&[scene.clone().into()], &view, plan, 0..19).unwrap();
+            let image = visible::render(&[scene.clone().into()], &view, plan, 0..19).unwrap();
             for row in covers(&image, rule) {
                 let mut sums = vec![0.0f64; 31];
                 for cover in row {
@@ -127,7 +129,10 @@ fn coverage_sums_to_one_in_every_pixel() {
                         sums[pixel as usize] += f64::from(cover.area);
                     }
                 }
-                assert!(sums.iter().all(|sum| (sum - 1.0).abs() < 1e-5), "{seed} {rule:?} {sums:?}");
+                assert!(
+                    sums.iter().all(|sum| (sum - 1.0).abs() < 1e-5),
+                    "{seed} {rule:?} {sums:?}"
+                );
             }
         }
     }
@@ -158,7 +163,10 @@ fn seal(mesh: &mut Mesh, points: &[(f64, f64)]) -> Seal {
 fn of_overlapping_seals_the_later_is_seen() {
     let found = parts(|mesh| Face {
         outline: add(mesh, &rectangle(1.0, 1.0, 18.0, 18.0), 0.0),
-        seals: vec![seal(mesh, &rectangle(2.0, 2.0, 8.0, 8.0)), seal(mesh, &rectangle(6.0, 6.0, 8.0, 8.0))],
+        seals: vec![
+            seal(mesh, &rectangle(2.0, 2.0, 8.0, 8.0)),
+            seal(mesh, &rectangle(6.0, 6.0, 8.0, 8.0)),
+        ],
         ..Face::default()
     });
     close(&found, &[324.0 - 112.0, 48.0, 64.0]);
@@ -283,7 +291,10 @@ fn a_half_plane_is_covered_as_its_line_says() {
             // The mean over the row of the line's x, cut at the picture's sides.
             let y = 20.0 - row as f64;
             let samples = 4000;
-            let x = |i: u32| (10.0 + slope * (y - (f64::from(i) + 0.5) / f64::from(samples) - 10.0)).clamp(0.0, 20.0);
+            let x = |i: u32| {
+                (10.0 + slope * (y - (f64::from(i) + 0.5) / f64::from(samples) - 10.0))
+                    .clamp(0.0, 20.0)
+            };
             let expected = (0..samples).map(x).sum::<f64>() / f64::from(samples);
             let found: f64 = covers
                 .iter()
@@ -295,7 +306,10 @@ fn a_half_plane_is_covered_as_its_line_says() {
             let within = (0.0..=20.0).contains(&(10.0 + slope * (y - 10.0)))
                 && (0.0..=20.0).contains(&(10.0 + slope * (y - 1.0 - 10.0)));
             let bound = if within { 1e-4 } else { slope.abs() / 4.0 };
-            assert!((found - expected).abs() <= bound, "slope {slope} row {row}: {found} {expected}");
+            assert!(
+                (found - expected).abs() <= bound,
+                "slope {slope} row {row}: {found} {expected}"
+            );
         }
     }
 }

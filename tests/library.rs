@@ -53,7 +53,9 @@ fn defaults_parse_and_only_links_and_files_are_needed() {
             for fault in faults {
                 // What must be given may be missing; nothing else may be wrong.
                 let missing = fault.message.contains("needs")
-                    || ["name a file", "at least one image"].iter().any(|w| fault.message.contains(w));
+                    || ["name a file", "at least one image"]
+                        .iter()
+                        .any(|w| fault.message.contains(w));
                 assert!(missing, "{}: {}", kind.name, fault.message);
             }
         }
@@ -71,7 +73,8 @@ fn every_node_refuses_nonsense() {
         }
         for field in &kind.fields {
             for nonsense in ["Nonsense(1, 2)", "{1: 2}", "NaN", "-1e999"] {
-                let text = format!("Graph(nodes: {{\"it\": {}({}: {nonsense})}})", kind.name, field.name);
+                let text =
+                    format!("Graph(nodes: {{\"it\": {}({}: {nonsense})}})", kind.name, field.name);
                 let document = Document::parse(&text).unwrap();
                 assert!(Graph::check(&document, &registry, Path::new("")).is_err(), "{text}");
             }
@@ -107,22 +110,23 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 16] = [
+const LAYERS: [(&str, &[&str]); 17] = [
     ("error", &[]),
     ("math", &[]),
     ("key", &[]),
     ("output", &["error"]),
+    ("text", &[]),
     ("color", &["math"]),
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),
     ("image", &["error", "color", "output"]),
     ("fragment", &["camera", "color", "key"]),
     ("span", &["camera", "color", "error", "fragment", "key", "math", "raster"]),
-    ("scene", &["camera", "color", "error", "fragment", "key", "math"]),
+    ("scene", &["camera", "color", "error", "fragment", "key", "math", "text"]),
     ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
     ("shade", &["color", "error", "fragment", "key", "math"]),
     ("resolve", &["camera", "color", "error", "fragment", "image", "key", "raster", "span"]),
-    ("graph", &["error", "key", "scene"]),
+    ("graph", &["error", "key", "text"]),
     ("values", &["camera", "graph", "image", "key", "raster", "resolve", "scene", "shade", "span"]),
 ];
 
@@ -139,9 +143,15 @@ fn modules_use_only_what_stands_below_them() {
         let (_, below) = known.unwrap_or_else(|| panic!("{module} is not in the list of layers"));
         let text = std::fs::read_to_string(&path).unwrap();
         let code = text.split("#[cfg(test)]").next().unwrap();
-        for used in code.match_indices("crate::").filter_map(|(at, _)| code[at + 7..].split([':', ';', ' ', '{', ')']).next()) {
+        for used in code
+            .match_indices("crate::")
+            .filter_map(|(at, _)| code[at + 7..].split([':', ';', ' ', '{', ')']).next())
+        {
             let own = used == module || used.starts_with(char::is_uppercase);
-            assert!(own || below.contains(&used), "{within} uses {used}, which does not stand below {module}");
+            assert!(
+                own || below.contains(&used),
+                "{within} uses {used}, which does not stand below {module}"
+            );
         }
     }
 }

@@ -110,7 +110,10 @@ fn gltf_files_end_as_the_khronos_validator_says() {
             counts[0] += 1;
         } else if ran.code == Some(0) {
             let harmless = errors.iter().all(|code| HARMLESS.contains(code));
-            assert!(harmless || UNUSED_PARTS.contains(&name.as_str()), "{name} loads with {errors:?}");
+            assert!(
+                harmless || UNUSED_PARTS.contains(&name.as_str()),
+                "{name} loads with {errors:?}"
+            );
         } else {
             counts[1] += 1;
         }
@@ -162,11 +165,13 @@ fn invalid_city_models_are_civil() {
 /// The `.poly` text of the val3dity tests: vertices, then polygons of one outer and inner rings.
 fn poly_as_cityjson(text: &str) -> Option<String> {
     let mut numbers = text.lines().map(|line| line.split('#').next().unwrap_or(""));
-    let head: Vec<usize> = numbers.next()?.split_whitespace().map(|n| n.parse().unwrap_or(0)).collect();
+    let head: Vec<usize> =
+        numbers.next()?.split_whitespace().map(|n| n.parse().unwrap_or(0)).collect();
     let mut names = std::collections::BTreeMap::new();
     let mut vertices = Vec::new();
     while vertices.len() < *head.first()? {
-        let line: Vec<f64> = numbers.next()?.split_whitespace().filter_map(|n| n.parse().ok()).collect();
+        let line: Vec<f64> =
+            numbers.next()?.split_whitespace().filter_map(|n| n.parse().ok()).collect();
         let [name, x, y, z] = line[..] else { return None };
         names.insert(name as u64, vertices.len());
         vertices.push(format!("[{x},{y},{z}]"));
@@ -174,11 +179,13 @@ fn poly_as_cityjson(text: &str) -> Option<String> {
     let count: usize = numbers.next()?.split_whitespace().next()?.parse().ok()?;
     let mut surfaces = Vec::new();
     for _ in 0..count {
-        let head: Vec<usize> = numbers.next()?.split_whitespace().filter_map(|n| n.parse().ok()).collect();
+        let head: Vec<usize> =
+            numbers.next()?.split_whitespace().filter_map(|n| n.parse().ok()).collect();
         let (rings, holes) = (*head.first()?, head.get(1).copied().unwrap_or(0));
         let mut surface = Vec::new();
         for _ in 0..rings {
-            let ring: Vec<u64> = numbers.next()?.split_whitespace().filter_map(|n| n.parse().ok()).collect();
+            let ring: Vec<u64> =
+                numbers.next()?.split_whitespace().filter_map(|n| n.parse().ok()).collect();
             let corners: Option<Vec<String>> =
                 ring.get(1..)?.iter().map(|name| names.get(name).map(usize::to_string)).collect();
             surface.push(format!("[{}]", corners?.join(",")));
@@ -217,7 +224,9 @@ fn faults_of_faces_and_holes_are_named() {
     let mut seen = 0;
     for path in data::files(&folder, &[".poly"]) {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        let Some(json) = poly_as_cityjson(&std::fs::read_to_string(&path).unwrap()) else { continue };
+        let Some(json) = poly_as_cityjson(&std::fs::read_to_string(&path).unwrap()) else {
+            continue;
+        };
         let file = scratch.join(format!("{name}.json"));
         std::fs::write(&file, json).unwrap();
         let ran = info(&file);
@@ -243,7 +252,14 @@ fn mutated_scenes_of_every_format_are_civil() {
     let reading = spandrel_engine::scene::read::document(&gallery, &Default::default()).unwrap();
     let binary = spandrel_engine::scene::read::binary::write(&reading.document).unwrap();
     seeds.push((binary, "scene"));
-    for name in ["models/TestScene.gltf", "models/CesiumMilkTruck.glb", "models/wallhole.obj", "models/suzanne.ply", "models/featuretype.STL", "city/DH_01_subs.city.json"] {
+    for name in [
+        "models/TestScene.gltf",
+        "models/CesiumMilkTruck.glb",
+        "models/wallhole.obj",
+        "models/suzanne.ply",
+        "models/featuretype.STL",
+        "city/DH_01_subs.city.json",
+    ] {
         if let Some(path) = data::find(name) {
             let ending = name.rsplit('.').next().unwrap();
             seeds.push((std::fs::read(path).unwrap(), ending));
@@ -314,7 +330,11 @@ fn absurd_parameters_of_shapes_are_refused() {
         assert!(ran.err.starts_with("error: "), "{shape}: {}", ran.err);
     }
     // A scene that contains itself.
-    std::fs::write(&path, "Scene(plans: [(name: \"p\", root: (shape: File(path: \"shape.ron\")))])").unwrap();
+    std::fs::write(
+        &path,
+        "Scene(plans: [(name: \"p\", root: (shape: File(path: \"shape.ron\")))])",
+    )
+    .unwrap();
     let ran = info(&path);
     assert!(ran.err.contains("contains itself"), "{}", ran.err);
     let laughs = "Scene(plans: [(name: \"p\", definitions: {

@@ -76,7 +76,8 @@ fn another_programs_spans_merge_as_if_they_were_our_own() {
         let error = rmse(&analytic, &meshed, channel);
         assert!(error < 0.002, "{channel}: {error}");
     }
-    let none = render(&graph(r#"Spheres(camera: "eye", balls: [])"#, PLAIN, whole), &folder, &channels);
+    let none =
+        render(&graph(r#"Spheres(camera: "eye", balls: [])"#, PLAIN, whole), &folder, &channels);
     assert!(rmse(&analytic, &none, "R") > 0.05, "the ball is seen");
     std::fs::remove_dir_all(folder).unwrap();
 }

@@ -25,7 +25,9 @@ struct Area {
 }
 
 fn areas(mesh: &Mesh) -> Vec<Area> {
-    let ring = |corners: &[u32]| -> Vec<DVec3> { corners.iter().map(|c| mesh.points[*c as usize]).collect() };
+    let ring = |corners: &[u32]| -> Vec<DVec3> {
+        corners.iter().map(|c| mesh.points[*c as usize]).collect()
+    };
     let mut areas = Vec::new();
     let mut part = 0;
     for face in mesh.faces() {
@@ -128,7 +130,8 @@ fn compare(seed: u64, camera: Camera) -> (usize, usize) {
         let face = seen.find(|(range, _)| range.contains(&cell)).unwrap().1;
         let spans = (face != FaceId::NONE).then(|| image.face(face).1.ordinal);
         // The ray through (x, y), from two points on it.
-        let (p, q) = (view.world_point(x, y, view.depth(1.0)), view.world_point(x, y, view.depth(2.0)));
+        let (p, q) =
+            (view.world_point(x, y, view.depth(1.0)), view.world_point(x, y, view.depth(2.0)));
         let (origin, direction) = (p - (q - p), q - p);
         let limits = (camera.front, camera.back.unwrap_or(f64::INFINITY));
         let sight = look(&areas, origin, direction, limits);

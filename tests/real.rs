@@ -56,7 +56,11 @@ fn view(scenes: &[Arc<Scene>], width: u32, height: u32) -> View {
 fn lit(image: &SpanImage) -> SpanImage {
     let sun = ParallelLight::new(DVec3::new(-0.5, -1.0, -0.7), Color::new(0.85, 0.8, 0.7)).unwrap();
     let light: Arc<dyn Light> = Arc::new(sun);
-    let shader = Illuminate { lights: vec![light], sky: Color::new(0.25, 0.3, 0.36), ground: Color::grey(0.12) };
+    let shader = Illuminate {
+        lights: vec![light],
+        sky: Color::new(0.25, 0.3, 0.36),
+        ground: Color::grey(0.12),
+    };
     image.shaded(Arc::new(shader)).unwrap()
 }
 
@@ -64,11 +68,14 @@ fn picture(scenes: &[Arc<Scene>], name: &str) -> Image {
     let view = view(scenes, 640, 480);
     let clusters: Vec<SpanImage> = scenes
         .iter()
-        .map(|scene| visible::render(&[scene.clone().into()], &view, RULE.plan().unwrap(), 0..480).unwrap())
+        .map(|scene| {
+            visible::render(&[scene.clone().into()], &view, RULE.plan().unwrap(), 0..480).unwrap()
+        })
         .collect();
     let merged = lit(&SpanImage::merge(&clusters).unwrap());
     let framing = Framing::whole(view.raster());
-    let picture = resolve(&merged, RULE, &framing, &BTreeSet::from([Channel::Color, Channel::Z])).unwrap();
+    let picture =
+        resolve(&merged, RULE, &framing, &BTreeSet::from([Channel::Color, Channel::Z])).unwrap();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/real");
     file::write(&picture, &folder.join(format!("{name}.png")), None).unwrap();
     picture
@@ -77,7 +84,10 @@ fn picture(scenes: &[Arc<Scene>], name: &str) -> Image {
 /// Share of pixels that differ by more than `bound` in a channel.
 fn differing(a: &Image, b: &Image, channel: &str, bound: f32) -> f64 {
     let (a, b) = (a.float(channel).unwrap(), b.float(channel).unwrap());
-    let far = |(a, b): &(&f32, &f32)| a != b && !((*a - *b).abs() <= bound);
+    let far = |(a, b): &(&f32, &f32)| {
+        let difference = (*a - *b).abs();
+        a != b && (difference > bound || difference.is_nan())
+    };
     a.iter().zip(b).filter(far).count() as f64 / a.len() as f64
 }
 
@@ -88,7 +98,16 @@ fn covered(picture: &Image) -> f64 {
 }
 
 const CITY: [&str; 10] = [
-    "building_A", "building_C", "building_D", "building_H", "car_taxi", "car_hatchback", "bush", "streetlight", "watertower", "road_straight",
+    "building_A",
+    "building_C",
+    "building_D",
+    "building_H",
+    "car_taxi",
+    "car_hatchback",
+    "bush",
+    "streetlight",
+    "watertower",
+    "road_straight",
 ];
 
 #[test]
@@ -123,7 +142,9 @@ fn the_kaykit_city_is_one_picture_from_gltf_and_from_obj() {
 fn walls_of_ingolstadt_show_their_area_without_holes() {
     let mut holes = 0;
     for name in ["4018128", "4018257", "4018302"] {
-        let Some(path) = data::find(&format!("city/ingolstadt_{name}/{name}.city.json")) else { return };
+        let Some(path) = data::find(&format!("city/ingolstadt_{name}/{name}.city.json")) else {
+            return;
+        };
         let scene = read(&path, &ReadOptions::default());
         let instance = &scene.instances[0];
         let mesh = instance.geometry.mesh();
@@ -131,12 +152,15 @@ fn walls_of_ingolstadt_show_their_area_without_holes() {
         // The face with the most holes.
         let face = (0..mesh.face_count()).max_by_key(|face| mesh.holes(*face).len()).unwrap();
         let normal = instance.geometry.normal(face);
-        let at = |corner: &u32| instance.world_from_object.transform_point3(mesh.points[*corner as usize]);
+        let at = |corner: &u32| {
+            instance.world_from_object.transform_point3(mesh.points[*corner as usize])
+        };
         let area = |ring: &[u32]| -> f64 {
             let p: Vec<DVec3> = ring.iter().map(|c| at(c) - at(&ring[0])).collect();
             (0..p.len()).map(|i| p[i].cross(p[(i + 1) % p.len()])).sum::<DVec3>().length() / 2.0
         };
-        let expected = area(mesh.outline(face)) - mesh.holes(face).iter().map(|hole| area(hole)).sum::<f64>();
+        let expected =
+            area(mesh.outline(face)) - mesh.holes(face).iter().map(|hole| area(hole)).sum::<f64>();
         // Look at it squarely, alone.
         let points: Vec<DVec3> = mesh.outline(face).iter().map(at).collect();
         let centre = points.iter().sum::<DVec3>() / points.len() as f64;
@@ -156,8 +180,10 @@ fn walls_of_ingolstadt_show_their_area_without_holes() {
         alone.points.clone_from(&mesh.points);
         alone.materials.clone_from(&mesh.materials);
         alone.add_face(mesh.face(face).unwrap()).unwrap();
-        one.instances[0].geometry = Arc::new(spandrel_engine::scene::Geometry::new(&alone).unwrap());
-        let image = visible::render(&[Arc::new(one).into()], &view, RULE.plan().unwrap(), 0..1200).unwrap();
+        one.instances[0].geometry =
+            Arc::new(spandrel_engine::scene::Geometry::new(&alone).unwrap());
+        let image =
+            visible::render(&[Arc::new(one).into()], &view, RULE.plan().unwrap(), 0..1200).unwrap();
         let framing = Framing::whole(view.raster());
         let mut coverage = Coverage::new(&image, RULE, &framing);
         let mut seen = 0.0;
@@ -170,7 +196,10 @@ fn walls_of_ingolstadt_show_their_area_without_holes() {
         let pixel = 2.2 * reach / 1200.0;
         let found = seen * pixel * pixel;
         let count = mesh.holes(face).len();
-        assert!((found / expected - 1.0).abs() < 1e-3, "{name}: {found} m2 of {expected}, {count} holes");
+        assert!(
+            (found / expected - 1.0).abs() < 1e-3,
+            "{name}: {found} m2 of {expected}, {count} holes"
+        );
         picture(&[scene], &format!("ingolstadt_{name}"));
     }
     // 524 in the files; three are in faces that are not planar and divided.
@@ -186,10 +215,14 @@ fn the_fzk_house_and_city_blocks_render() {
         (
             "fzk",
             // This OBJ file has z upwards.
-            data::find("models/FZK-Haus.obj")
-                .map(|path| read(&path, &ReadOptions { up: Some(read::Axis::Z), ..Default::default() })),
+            data::find("models/FZK-Haus.obj").map(|path| {
+                read(&path, &ReadOptions { up: Some(read::Axis::Z), ..Default::default() })
+            }),
         ),
-        ("zurich", at("city/zurich_subset_lod2.city.json", Some([2_680_000.0, 1_250_000.0, 400.0]))),
+        (
+            "zurich",
+            at("city/zurich_subset_lod2.city.json", Some([2_680_000.0, 1_250_000.0, 400.0])),
+        ),
         ("yokosuka", at("city/plateau_yokosuka.city.json", None)),
         ("den_haag", at("city/DH_01_subs.city.json", None)),
         ("rotterdam", at("city/rotterdam_subset.city.json", None)),
@@ -239,7 +272,9 @@ fn the_truck_has_its_nodes_in_their_places() {
     let axles: Vec<DVec3> = scene
         .instances
         .iter()
-        .filter(|i| scene.instances.iter().filter(|j| Arc::ptr_eq(&i.geometry, &j.geometry)).count() == 2)
+        .filter(|i| {
+            scene.instances.iter().filter(|j| Arc::ptr_eq(&i.geometry, &j.geometry)).count() == 2
+        })
         .map(|instance| instance.world_from_object.translation)
         .collect();
     assert!((axles[0] - axles[1]).length() > 2.0);

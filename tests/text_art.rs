@@ -1,5 +1,5 @@
 //! Lines as pictures: a sub-scanline in, a sub-scanline out. One letter is one pixel, `.` is background.
-//! [N] figs. 5 and 6.
+//! \[N] figs. 5 and 6.
 
 use spandrel_engine::camera::Plane;
 use spandrel_engine::fragment::{Columns, Fragments, Surfaces};
@@ -105,7 +105,8 @@ fn touching_at_an_end_is_not_crossing() {
     // Equal at the right end of the line, nowhere else.
     let faces = [('n', 2.0, 2.0, 0), ('f', 0.0, 2.0, 9)];
     assert_eq!(merge("nnnnnnnnnn", "ffffffffff", &faces), "nnnnnnnnnn");
-    let image = SpanImage::merge(&[draw("nnnnnnnnnn", &faces), draw("ffffffffff", &faces)]).unwrap();
+    let image =
+        SpanImage::merge(&[draw("nnnnnnnnnn", &faces), draw("ffffffffff", &faces)]).unwrap();
     assert_eq!(image.lines().line(0).len(), 1);
 }
 
@@ -131,5 +132,8 @@ fn unequal_images_are_refused_and_named() {
     let said = message(&image, &other);
     assert!(said.contains("1 lines per row") && said.contains("2 lines per row"), "{said}");
     let empty = SpanImage::empty(view, image.plan(), 0..1);
-    assert!(SpanImage::merge(&[image.clone(), empty]).unwrap() == image, "the empty image changes nothing");
+    assert!(
+        SpanImage::merge(&[image.clone(), empty]).unwrap() == image,
+        "the empty image changes nothing"
+    );
 }

@@ -51,7 +51,10 @@ pub(crate) fn open(path: &Path) -> Result<(Document, std::path::PathBuf), u8> {
     })?;
     let text = String::from_utf8(bytes).map_err(|error| {
         let byte = error.utf8_error().valid_up_to();
-        print::error(format!("{}: byte {byte}: not UTF-8 text: save the file as UTF-8", path.display()));
+        print::error(format!(
+            "{}: byte {byte}: not UTF-8 text: save the file as UTF-8",
+            path.display()
+        ));
         exit::INVALID
     })?;
     let document = Document::parse(&text).map_err(|faults| {

@@ -1,10 +1,10 @@
 //! `spandrel info`: what is in a file, and what is wrong with it.
 
-use spandrel_engine::{Error, Result};
 use spandrel_engine::graph::document::Document as GraphDocument;
 use spandrel_engine::scene::examine::{Fault, examine};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::scene::{AlphaMode, Object, Plan, Scene, Shape};
+use spandrel_engine::{Error, Result};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
@@ -30,7 +30,8 @@ pub(crate) fn run(args: &Info) -> u8 {
 
 /// Whether a text's first word, behind comments, is `Graph`.
 fn starts_with_graph(text: &str) -> bool {
-    let code = text.lines().map(str::trim_start).find(|line| !line.is_empty() && !line.starts_with("//"));
+    let code =
+        text.lines().map(str::trim_start).find(|line| !line.is_empty() && !line.starts_with("//"));
     code.is_some_and(|line| line.starts_with("Graph"))
 }
 
@@ -140,7 +141,8 @@ fn faults(out: &mut String, plan: &Plan, scene: &Scene) {
     let mut visit = |object: &Object, path: &str| {
         let Shape::Faces(mesh) = &object.shape else { return };
         for (face, fault) in examine(mesh) {
-            let first = found.entry(fault).or_insert_with(|| (0, format!("face {face} of \"{path}\"")));
+            let first =
+                found.entry(fault).or_insert_with(|| (0, format!("face {face} of \"{path}\"")));
             first.0 += 1;
         }
     };
@@ -152,11 +154,15 @@ fn faults(out: &mut String, plan: &Plan, scene: &Scene) {
     for (path, faults) in scene.faults() {
         if faults.not_affine > 0 {
             let n = faults.not_affine;
-            let _ = writeln!(out, "  \"{path}\": {n} polygons divided so that vertex attributes fit");
+            let _ =
+                writeln!(out, "  \"{path}\": {n} polygons divided so that vertex attributes fit");
         }
         if faults.flattened > 0 {
             let (n, off) = (faults.flattened, faults.worst_deviation);
-            let _ = writeln!(out, "  \"{path}\": {n} faces with seals taken as flat, off by up to {off:.4} m");
+            let _ = writeln!(
+                out,
+                "  \"{path}\": {n} faces with seals taken as flat, off by up to {off:.4} m"
+            );
         }
     }
 }

@@ -54,8 +54,11 @@ pub(crate) fn json(reports: &[Report], seconds: f64) -> String {
     let nodes: Vec<_> = reports
         .iter()
         .map(|report| {
-            let facts: serde_json::Map<String, serde_json::Value> =
-                report.facts.iter().map(|(name, value)| ((*name).to_owned(), json!(value))).collect();
+            let facts: serde_json::Map<String, serde_json::Value> = report
+                .facts
+                .iter()
+                .map(|(name, value)| ((*name).to_owned(), json!(value)))
+                .collect();
             json!({
                 "node": report.node,
                 "kind": report.kind,

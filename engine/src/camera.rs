@@ -3,7 +3,7 @@
 //! The world is right-handed, y up, in metres. A camera looks down its own -z: the *eye space* has x
 //! to the right, y up and z towards the viewer. The *distance* d of a point is measured along the
 //! view axis, d = -z. Its *depth* is rho = 1/d for a perspective camera and rho = -d for a parallel
-//! one: affine in screen x and y on every plane, and larger where nearer, as [N] asks of "perspective
+//! one: affine in screen x and y on every plane, and larger where nearer, as \[N] asks of "perspective
 //! depth".
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
@@ -47,7 +47,7 @@ pub struct Camera {
     /// Distance of the back plane in metres: nothing beyond it is seen. Absent, there is none.
     pub back: Option<f64>,
     /// The part of the raster that shows the scene: left, bottom, right, top in [0, 1], y up, as in
-    /// [D]'s normalised projection coordinates. Outside there is background.
+    /// \[D]'s normalised projection coordinates. Outside there is background.
     pub viewport: [f64; 4],
 }
 
@@ -72,7 +72,9 @@ impl Camera {
     /// The rotation from world axes to eye axes.
     fn rotation(&self) -> Result<DMat3> {
         let forward = (self.look_at - self.position).try_normalize().ok_or_else(|| {
-            Error::invalid("the camera's `look_at` and `position` are the same point: move one of them")
+            Error::invalid(
+                "the camera's `look_at` and `position` are the same point: move one of them",
+            )
         })?;
         let right = [self.up, DVec3::NEG_Z, DVec3::Y]
             .into_iter()
@@ -101,7 +103,9 @@ impl Camera {
             return Err(Error::invalid("the camera has a number that is not finite"));
         }
         let ends = 0.0..180.0;
-        if self.parallel_height.is_none() && (self.field_of_view <= 0.0 || !ends.contains(&self.field_of_view)) {
+        if self.parallel_height.is_none()
+            && (self.field_of_view <= 0.0 || !ends.contains(&self.field_of_view))
+        {
             let angle = self.field_of_view;
             return Err(Error::invalid(format!(
                 "the camera's field_of_view is {angle} degrees: must be above 0 and below 180"
@@ -111,13 +115,21 @@ impl Camera {
             return Err(Error::invalid("the camera's parallel_height must be above 0"));
         }
         if self.parallel_height.is_none() && self.front < 0.0 {
-            return Err(Error::invalid("a perspective camera's front plane cannot lie behind the eye"));
+            return Err(Error::invalid(
+                "a perspective camera's front plane cannot lie behind the eye",
+            ));
         }
         if self.back.is_some_and(|back| back <= self.front) {
             return Err(Error::invalid("the camera's back plane must lie beyond its front plane"));
         }
         let [left, bottom, right, top] = self.viewport;
-        if !(0.0 <= left && left < right && right <= 1.0 && 0.0 <= bottom && bottom < top && top <= 1.0) {
+        if !(0.0 <= left
+            && left < right
+            && right <= 1.0
+            && 0.0 <= bottom
+            && bottom < top
+            && top <= 1.0)
+        {
             return Err(Error::invalid(
                 "the camera's viewport is (left, bottom, right, top) within [0, 1], not empty",
             ));
@@ -159,7 +171,7 @@ pub struct Homogeneous {
 
 /// The depth of a plane over the screen: rho = a x + b y + c, x and y in pixels.
 ///
-/// This is all that is known of a face's depth: [N]'s stored depth and slope at each intersection are
+/// This is all that is known of a face's depth: \[N]'s stored depth and slope at each intersection are
 /// this function and its `a`, exact and without drift.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
@@ -314,7 +326,7 @@ impl View {
         (nearest, self.camera.back.map_or(unbounded, |back| self.depth(back)))
     }
 
-    /// [D]'s normalised projection coordinates of a point of the world: x and y in [0, 1] over the
+    /// \[D]'s normalised projection coordinates of a point of the world: x and y in [0, 1] over the
     /// whole raster, y up; z is 1 on the front plane and 0 on the back plane (at infinity, if there is
     /// none), affine in depth. `None` for a point that is not in front of the eye, or if the camera's
     /// planes leave z undefined (a front plane at the eye itself).
@@ -386,10 +398,7 @@ mod tests {
             let eye = view.eye_from_object(&DAffine3::IDENTITY);
             let (origin, u, v) =
                 (DVec3::new(0.0, 0.0, 0.5), DVec3::new(1.0, 0.2, 0.0), DVec3::new(0.1, 0.9, 0.4));
-            let plane = view.plane(
-                eye.transform_vector3(u.cross(v)),
-                eye.transform_point3(origin),
-            );
+            let plane = view.plane(eye.transform_vector3(u.cross(v)), eye.transform_point3(origin));
             for (s, t) in [(0.0, 0.0), (1.0, 0.0), (0.3, -0.8), (-2.0, 1.5)] {
                 let p = view.project(eye.transform_point3(origin + u * s + v * t));
                 let depth = plane.depth(p.x / p.w, p.y / p.w);
@@ -431,7 +440,8 @@ mod tests {
             ..Camera::default()
         };
         let view = View::new(&camera, raster()).unwrap();
-        let p = view.project(view.eye_from_object(&DAffine3::IDENTITY).transform_point3(DVec3::NEG_Z));
+        let p =
+            view.project(view.eye_from_object(&DAffine3::IDENTITY).transform_point3(DVec3::NEG_Z));
         assert!(p.y / p.w < 50.0);
     }
 }

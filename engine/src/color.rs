@@ -144,7 +144,8 @@ impl<'de> de::Visitor<'de> for ColorVisitor {
     }
 
     fn visit_seq<A: de::SeqAccess<'de>>(self, mut seq: A) -> Result<Color, A::Error> {
-        let mut next = |i| seq.next_element::<f32>()?.ok_or_else(|| de::Error::invalid_length(i, &self));
+        let mut next =
+            |i| seq.next_element::<f32>()?.ok_or_else(|| de::Error::invalid_length(i, &self));
         let color = Color::new(next(0)?, next(1)?, next(2)?);
         match seq.next_element::<f32>()? {
             None => Ok(color),
@@ -172,11 +173,7 @@ pub fn encode_srgb(linear: f32) -> f32 {
 
 /// The inverse of [`encode_srgb`], on [0, 1].
 pub fn decode_srgb(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 {
-        encoded / 12.92
-    } else {
-        math::powf((encoded + 0.055) / 1.055, 2.4)
-    }
+    if encoded <= 0.040_45 { encoded / 12.92 } else { math::powf((encoded + 0.055) / 1.055, 2.4) }
 }
 
 #[cfg(test)]

@@ -29,11 +29,14 @@ pub fn abandon() {
 ///
 /// # Errors
 /// If the file cannot be written, or `contents` fails.
-pub fn write(path: &Path, contents: impl FnOnce(&mut BufWriter<File>) -> Result<()>) -> Result<u64> {
+pub fn write(
+    path: &Path,
+    contents: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
+) -> Result<u64> {
     let fault = |source| Error::file(path, source);
-    let name = path.file_name().ok_or_else(|| {
-        Error::in_file(path, "this is no file's name: name a file to write")
-    })?;
+    let name = path
+        .file_name()
+        .ok_or_else(|| Error::in_file(path, "this is no file's name: name a file to write"))?;
     let directory = path.parent().filter(|dir| !dir.as_os_str().is_empty());
     if let Some(directory) = directory {
         std::fs::create_dir_all(directory).map_err(|e| Error::file(directory, e))?;

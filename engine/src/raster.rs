@@ -88,9 +88,9 @@ impl fmt::Display for Raster {
 )]
 pub enum Phase {
     /// On the row's borders and evenly between: `y = k / n`. The lines on a border are shared by two
-    /// rows, and the raster has one more line in all. The lines of [N] eq. 1.
+    /// rows, and the raster has one more line in all. The lines of \[N] eq. 1.
     Border,
-    /// In the middle of n equal strips: `y = (k + 1/2) / n`. The lines of [D] eq. 1.
+    /// In the middle of n equal strips: `y = (k + 1/2) / n`. The lines of \[D] eq. 1.
     Centre,
 }
 

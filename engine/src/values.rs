@@ -130,7 +130,8 @@ pub struct Picture {
 
 impl Demand for Picture {
     fn cover(&mut self, other: &Picture) -> bool {
-        let fits = (self.changed.size, self.changed.scale) == (other.changed.size, other.changed.scale);
+        let fits =
+            (self.changed.size, self.changed.scale) == (other.changed.size, other.changed.scale);
         if fits {
             self.channels.extend(&other.channels);
             // No window is the whole picture.

@@ -39,7 +39,8 @@ pub fn run(program: &str, arguments: &[&str], folder: &Path) -> Ran {
         }
         std::thread::sleep(Duration::from_millis(2));
     }
-    let Output { status, stdout, stderr } = child.wait_with_output().expect("its output can be read");
+    let Output { status, stdout, stderr } =
+        child.wait_with_output().expect("its output can be read");
     let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
     Ran { code: status.code(), out: text(stdout), err: text(stderr) }
 }

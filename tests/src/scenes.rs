@@ -68,12 +68,10 @@ pub fn random_faces(seed: u64, count: usize) -> Mesh {
         let star = |n: u32, inner: f64| -> Vec<DVec3> {
             (0..n)
                 .map(|i| {
-                    let angle = f64::from(i) / f64::from(n) * 6.283_185_307_179_586;
+                    let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
                     let r = if i % 2 == 0 { 1.0 } else { inner };
-                    let (s, c) = (
-                        spandrel_engine::math::sin(angle),
-                        spandrel_engine::math::cos(angle),
-                    );
+                    let (s, c) =
+                        (spandrel_engine::math::sin(angle), spandrel_engine::math::cos(angle));
                     at(r * c, r * s)
                 })
                 .collect()
@@ -86,7 +84,8 @@ pub fn random_faces(seed: u64, count: usize) -> Mesh {
             0 if !last.is_empty() => Face { outline: ring(&mut mesh, &last), ..Face::default() },
             1 => Face { outline: ring(&mut mesh, &star(10, 0.4)), ..Face::default() },
             2 => {
-                let hole = star(4, 0.5).iter().map(|p| centre + (*p - centre) * 0.5).collect::<Vec<_>>();
+                let hole =
+                    star(4, 0.5).iter().map(|p| centre + (*p - centre) * 0.5).collect::<Vec<_>>();
                 Face {
                     outline: ring(&mut mesh, &star(8, 0.9)),
                     holes: vec![ring(&mut mesh, &hole)],

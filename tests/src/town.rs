@@ -80,7 +80,8 @@ fn meshes(triangles: usize, count: usize) -> Vec<Mesh> {
     }
     let half = 130.0;
     let ground = [[-half, -half], [half, -half], [half, half], [-half, half]];
-    let ring: Vec<u32> = ground.iter().rev().map(|p| meshes[0].add_point([p[0], 0.0, p[1]])).collect();
+    let ring: Vec<u32> =
+        ground.iter().rev().map(|p| meshes[0].add_point([p[0], 0.0, p[1]])).collect();
     meshes[0].add_polygon(&ring, Some(0)).expect("four corners");
     meshes
 }

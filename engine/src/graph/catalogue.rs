@@ -19,9 +19,9 @@ pub struct Field {
     pub doc: String,
 }
 
-/// The documentation of a schema.
+/// The documentation of a schema, as plain text.
 pub(super) fn doc(schema: &Json) -> String {
-    schema.get("description").and_then(Json::as_str).unwrap_or("").to_owned()
+    schema.get("description").and_then(Json::as_str).unwrap_or("").replace("\\[", "[")
 }
 
 /// The fields of a kind; `default` is the text of its default value.
@@ -52,7 +52,8 @@ fn words(schema: &Json) -> String {
     }
     for key in ["oneOf", "anyOf"] {
         if let Some(choices) = schema.get(key).and_then(Json::as_array) {
-            let known = choices.iter().filter(|choice| choice.get("type") != Some(&Json::from("null")));
+            let known =
+                choices.iter().filter(|choice| choice.get("type") != Some(&Json::from("null")));
             return known.map(words).collect::<Vec<_>>().join(" | ");
         }
     }

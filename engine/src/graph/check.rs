@@ -161,8 +161,9 @@ impl Check<'_> {
     }
 
     fn unknown(&self, raw: &RawNode) -> Diagnostic {
-        let fault = Diagnostic::error(raw.kind_span(), format!("there is no kind of node `{}`", raw.kind))
-            .label("unknown kind");
+        let fault =
+            Diagnostic::error(raw.kind_span(), format!("there is no kind of node `{}`", raw.kind))
+                .label("unknown kind");
         if let Some(known) = self.registry.by_alias(&raw.kind) {
             return fault.help(format!("`{}` is called `{}` here", raw.kind, known.name));
         }
@@ -201,8 +202,9 @@ impl Check<'_> {
             }
             let Some(target) = names.get(&wish.target).copied() else {
                 if !broken.contains(&wish.target.as_str()) && !is_file(&wish.target) {
-                    let fault = Diagnostic::error(span, format!("there is no node \"{}\"", wish.target))
-                        .label(format!("`{}` needs a {}", wish.field, wish.of));
+                    let fault =
+                        Diagnostic::error(span, format!("there is no node \"{}\"", wish.target))
+                            .label(format!("`{}` needs a {}", wish.field, wish.of));
                     let known = self.nodes.iter().map(|node| node.id.as_str());
                     self.faults.push(match nearest(&wish.target, known) {
                         Some(near) => fault.help(format!("did you mean \"{near}\"?")),
@@ -232,12 +234,19 @@ impl Check<'_> {
     }
 
     /// Adds a node that reads the file that a link names.
-    fn read(&mut self, wish: &Wish, span: std::ops::Range<usize>, names: &mut HashMap<String, usize>) {
+    fn read(
+        &mut self,
+        wish: &Wish,
+        span: std::ops::Range<usize>,
+        names: &mut HashMap<String, usize>,
+    ) {
         let kind = wish.reader.as_ref().and_then(|name| self.registry.kind(name)).cloned();
         let Some(kind) = kind else {
-            let message = format!("\"{}\" is a file, but a {} cannot be read from one", wish.target, wish.of);
+            let message =
+                format!("\"{}\" is a file, but a {} cannot be read from one", wish.target, wish.of);
             self.faults.push(
-                Diagnostic::error(span, message).help(format!("link a node that makes a {}", wish.of)),
+                Diagnostic::error(span, message)
+                    .help(format!("link a node that makes a {}", wish.of)),
             );
             return;
         };
@@ -250,7 +259,8 @@ impl Check<'_> {
                 self.nodes.push(Checked { id, kind, node, files, links: Vec::new() });
             }
             Err(error) => {
-                self.faults.push(Diagnostic::error(span, format!("this file cannot be named: {error}")));
+                self.faults
+                    .push(Diagnostic::error(span, format!("this file cannot be named: {error}")));
             }
         }
     }
@@ -278,11 +288,13 @@ impl Check<'_> {
                 let raw = self.document.nodes.iter().find(|raw| raw.id == ids[0]);
                 let span = raw.map_or(0..1, |raw| raw.id_span.clone());
                 let way = ids.join("\" uses \"");
-                let message = format!("nodes use each other in a circle: \"{way}\" uses \"{}\"", ids[0]);
+                let message =
+                    format!("nodes use each other in a circle: \"{way}\" uses \"{}\"", ids[0]);
                 self.faults.push(Diagnostic::error(span, message).label("one of them"));
             }
         }
-        toposort(&graph, None).map_or_else(|_| Vec::new(), |order| order.iter().map(|i| graph[*i]).collect())
+        toposort(&graph, None)
+            .map_or_else(|_| Vec::new(), |order| order.iter().map(|i| graph[*i]).collect())
     }
 }
 

@@ -132,9 +132,9 @@ enum User {
 fn merged(asks: Vec<Ask>) -> Vec<(Box<dyn AnyDemand>, Vec<User>)> {
     let mut merged: Vec<(Box<dyn AnyDemand>, Vec<User>)> = Vec::new();
     for ask in asks {
-        let covering = merged.iter_mut().find_map(|(demand, users)| {
-            demand.cover(&*ask.demand).then_some(users)
-        });
+        let covering = merged
+            .iter_mut()
+            .find_map(|(demand, users)| demand.cover(&*ask.demand).then_some(users));
         match covering {
             Some(users) => users.push(ask.by),
             None => merged.push((ask.demand, vec![ask.by])),

@@ -10,7 +10,7 @@ use std::fmt;
 use std::ops::Range;
 
 use super::diagnostic::Diagnostic;
-use crate::scene::read::text::options;
+use crate::text::options;
 
 /// The version of the graph format that this library reads.
 pub const VERSION: u32 = 1;
@@ -129,7 +129,10 @@ impl Document {
             let names = names.iter().map(String::as_str);
             match super::diagnostic::nearest(id, names.clone()) {
                 Some(near) => format!("there is no node \"{id}\": did you mean \"{near}\"?"),
-                None => format!("there is no node \"{id}\": there are {}", super::diagnostic::list(names)),
+                None => format!(
+                    "there is no node \"{id}\": there are {}",
+                    super::diagnostic::list(names)
+                ),
             }
         })?;
         node.is_edited = true;
@@ -169,7 +172,8 @@ impl RawNode {
 fn is_name(id: &str) -> bool {
     let mut chars = id.chars();
     let first = chars.next();
-    first.is_some_and(|c| c.is_alphabetic() || c == '_') && chars.all(|c| c.is_alphanumeric() || c == '_')
+    first.is_some_and(|c| c.is_alphabetic() || c == '_')
+        && chars.all(|c| c.is_alphanumeric() || c == '_')
 }
 
 /// Where the name of a node stands that is followed by a value at `start`.
@@ -195,11 +199,12 @@ pub(super) fn ron_error(text: &str, base: usize, error: &ron::error::SpannedErro
         base + line_start + line.char_indices().nth(column).map_or(line.len(), |(at, _)| at)
     };
     let span = word_at(text, byte(&error.span.start)..byte(&error.span.end));
-    let guess = |name: &str, known: &[&'static str]| {
-        match super::diagnostic::nearest(name, known.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("known are {}", super::diagnostic::list(known.iter().copied())),
-        }
+    let guess = |name: &str, known: &[&'static str]| match super::diagnostic::nearest(
+        name,
+        known.iter().copied(),
+    ) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("known are {}", super::diagnostic::list(known.iter().copied())),
     };
     match &error.code {
         E::NoSuchStructField { expected, found, outer } => {
@@ -214,20 +219,24 @@ pub(super) fn ron_error(text: &str, base: usize, error: &ron::error::SpannedErro
                 .help(guess(found, expected))
         }
         E::DuplicateStructField { field, .. } => {
-            Diagnostic::error(span, format!("the field `{field}` is given twice")).label("the second")
+            Diagnostic::error(span, format!("the field `{field}` is given twice"))
+                .label("the second")
         }
         E::MissingStructField { field, .. } => {
             Diagnostic::error(span, format!("the field `{field}` is missing"))
         }
         E::InvalidValueForType { expected, found } => {
-            Diagnostic::error(span, format!("expected {expected}, found {found}")).label("wrong type")
+            Diagnostic::error(span, format!("expected {expected}, found {found}"))
+                .label("wrong type")
         }
         E::ExpectedStructLike | E::ExpectedNamedStructLike(_) => {
-            Diagnostic::error(span, "expected fields in parentheses")
-                .help("write the kind's name and its fields, such as Camera(), even if there are none")
+            Diagnostic::error(span, "expected fields in parentheses").help(
+                "write the kind's name and its fields, such as Camera(), even if there are none",
+            )
         }
         E::ExpectedDifferentStructName { expected, found } => {
-            let fault = Diagnostic::error(span, format!("expected a `{expected}`, found a `{found}`"));
+            let fault =
+                Diagnostic::error(span, format!("expected a `{expected}`, found a `{found}`"));
             match found.as_str() {
                 "Scene" => fault.help("a scene is shown by a graph: name it in a Scanline node"),
                 _ => fault,

@@ -162,7 +162,8 @@ impl Run {
         if let Some(failure) = state.failure {
             return Err(failure);
         }
-        let value = |i: &usize| state.values[*i].clone().expect("without failure all are evaluated");
+        let value =
+            |i: &usize| state.values[*i].clone().expect("without failure all are evaluated");
         Ok(Evaluated { values: plan.wanted.iter().map(value).collect(), reports: state.reports })
     }
 
@@ -227,7 +228,8 @@ impl<'a> Evaluation<'a> {
                 return;
             }
             for (target, input) in &instance.inputs {
-                let value = state.values[*input].clone().expect("an instance starts after its inputs");
+                let value =
+                    state.values[*input].clone().expect("an instance starts after its inputs");
                 values.push((target.as_str(), value));
             }
         }
@@ -248,9 +250,16 @@ impl<'a> Evaluation<'a> {
             Start::Computes => {}
         }
         self.progress.started(&node.id);
-        let inputs = Inputs { graph: self.graph, run: self.run, progress: self.progress, node: &node.id, values };
+        let inputs = Inputs {
+            graph: self.graph,
+            run: self.run,
+            progress: self.progress,
+            node: &node.id,
+            values,
+        };
         let clock = Instant::now();
-        let made = catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*instance.demand, &inputs)));
+        let made =
+            catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*instance.demand, &inputs)));
         let seconds = clock.elapsed().as_secs_f64();
         match made.unwrap_or_else(|panic| Err(panicked(&*panic))) {
             Ok(mut value) => {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::catalogue::{self, Field};
 use super::node::{AnyNode, Node};
 use super::value::Value;
-use crate::scene::read::text::options;
+use crate::text::options;
 
 /// All kinds of node, by name.
 ///
@@ -77,7 +77,7 @@ impl Registry {
     /// The kind that is known by another name.
     pub fn by_alias(&self, name: &str) -> Option<&Arc<Kind>> {
         let is = |alias: &&str| alias.eq_ignore_ascii_case(name);
-        self.kinds.values().find(|kind| kind.aliases.iter().any(|alias| is(&alias)))
+        self.kinds.values().find(|kind| kind.aliases.iter().any(is))
     }
 
     /// All kinds, by name.
@@ -87,7 +87,8 @@ impl Registry {
 }
 
 fn schema_of<N: Node>() -> Json {
-    let settings = schemars::generate::SchemaSettings::default().with(|s| s.inline_subschemas = true);
+    let settings =
+        schemars::generate::SchemaSettings::default().with(|s| s.inline_subschemas = true);
     let schema = settings.into_generator().into_root_schema_for::<N>();
     schema.to_value()
 }

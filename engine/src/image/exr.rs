@@ -4,8 +4,9 @@
 //! always whole numbers. What ids mean is in the attribute `spandrel/names`, one `id name` to a line.
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image as ExrImage, ImageAttributes,
-    IntegerBounds, Layer, LayerAttributes, SmallVec, Text, Vec2, WritableImage, f16,
+    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image as ExrImage,
+    ImageAttributes, IntegerBounds, Layer, LayerAttributes, SmallVec, Text, Vec2, WritableImage,
+    f16,
 };
 use std::io::{Seek, Write};
 use std::path::Path;
@@ -39,8 +40,10 @@ pub(super) fn write(
         ..LayerAttributes::default()
     };
     if !image.names.is_empty() {
-        let names: Vec<String> = image.names.iter().map(|(id, name)| format!("{id} {name}")).collect();
-        let text = exr::meta::attribute::AttributeValue::Text(Text::from(names.join("\n").as_str()));
+        let names: Vec<String> =
+            image.names.iter().map(|(id, name)| format!("{id} {name}")).collect();
+        let text =
+            exr::meta::attribute::AttributeValue::Text(Text::from(names.join("\n").as_str()));
         attributes.other.insert(Text::from("spandrel/names"), text);
     }
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };

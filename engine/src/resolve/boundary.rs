@@ -82,18 +82,18 @@ impl<'a> Boundaries<'a> {
     /// The edge of a face that crosses a line at a cell.
     fn edge_at(&mut self, id: FaceId, cell: u32, y: f64) -> Option<Edge> {
         let raster = self.raster;
-        let meets = |edge: &Edge| edge.crosses(y) && raster.cell(edge.x_at(y)) == cell;
+        let meets = |edge: &Edge| raster.cell(edge.x_at(y)) == cell;
         let (source, face) = self.image.face(id);
         let table = &*source.faces;
         if table.corner_count(face) < MANY && !matches!(face.role, Role::Seal(_)) {
-            return table.edges(face).find(meets);
+            return table.crossing(face, y).find(meets);
         }
         let around = self.around;
         let edges = self.edges.entry(id).or_insert_with(|| {
             let near = |edge: &Edge| edge.top.y < around.1 && edge.bottom.y > around.0;
             all_edges(table, face).filter(near).collect()
         });
-        edges.iter().find(|edge| meets(edge)).copied()
+        edges.iter().find(|edge| edge.crosses(y) && meets(edge)).copied()
     }
 
     /// The slope, in pixels per pixel downwards, of the line along which two faces meet, or along which

@@ -1,7 +1,7 @@
-//! From lines to pixels: which faces cover a pixel, and how much of it ([N] eqs. 1 to 6).
+//! From lines to pixels: which faces cover a pixel, and how much of it (\[N] eqs. 1 to 6).
 //!
 //! All lines of a row are walked together from left to right. Where every one of them shows the same
-//! face over whole pixels, they are passed in one step, [N] eq. 5; only pixels with a boundary in them
+//! face over whole pixels, they are passed in one step, \[N] eq. 5; only pixels with a boundary in them
 //! are added up line by line, eqs. 3, 4 and 6.
 
 use super::boundary::Boundaries;
@@ -38,6 +38,10 @@ struct Strip {
     bottom: Vec<f64>,
     /// The face at the pixel that is looked at.
     cursor: usize,
+    /// The rightmost point of its left boundary, and the leftmost and rightmost of its right one.
+    left_high: f64,
+    right_low: f64,
+    right_high: f64,
 }
 
 /// Computes rows of coverage of one image.
@@ -72,16 +76,15 @@ impl<'a> Coverage<'a> {
             let mut run = f64::from(self.framing.columns.end);
             let mut whole = true;
             for strip in strips.iter_mut() {
-                while strip.right_max() <= x {
-                    strip.cursor += 1;
-                }
-                whole &= strip.left_max() <= x;
-                run = run.min(strip.right_min().floor());
+                strip.go_to(x);
+                whole &= strip.left_high <= x;
+                run = run.min(strip.right_low);
             }
             let face = strips.first().map_or(FaceId::NONE, Strip::face);
-            if whole && run > x && strips.iter().all(|strip| strip.face() == face) {
+            // Whole pixels only: the conversion cuts off the rest.
+            let end = run as u32;
+            if whole && end > pixel && strips.iter().all(|strip| strip.face() == face) {
                 let y = strips.iter().map(|strip| strip.weight * strip.y).sum();
-                let end = run as u32;
                 out.push(Cover { face, start: pixel, end, area: 1.0, x: x + 0.5, y });
                 pixel = end;
             } else {
@@ -137,6 +140,7 @@ impl<'a> Coverage<'a> {
         }
         strip.top.push(f64::INFINITY);
         strip.bottom.push(f64::INFINITY);
+        strip.look();
     }
 }
 
@@ -146,25 +150,34 @@ impl Strip {
         self.faces[self.cursor]
     }
 
+    /// Goes to the face at a pixel.
     #[inline(always)]
-    fn left_max(&self) -> f64 {
-        self.top[self.cursor].max(self.bottom[self.cursor])
+    fn go_to(&mut self, x: f64) {
+        while self.right_high <= x {
+            self.cursor += 1;
+            self.look();
+        }
     }
 
+    /// Notes the boundaries of the face at the cursor.
     #[inline(always)]
-    fn right_max(&self) -> f64 {
-        self.top[self.cursor + 1].max(self.bottom[self.cursor + 1])
-    }
-
-    #[inline(always)]
-    fn right_min(&self) -> f64 {
-        self.top[self.cursor + 1].min(self.bottom[self.cursor + 1])
+    fn look(&mut self) {
+        let i = self.cursor;
+        self.left_high = self.top[i].max(self.bottom[i]);
+        self.right_low = self.top[i + 1].min(self.bottom[i + 1]);
+        self.right_high = self.top[i + 1].max(self.bottom[i + 1]);
     }
 
     /// The share of a pixel to the left of boundary `i`: the mean over the strip's height.
     #[inline(always)]
     fn left_of(&self, i: usize, x: f64) -> f64 {
         let (top, bottom) = (self.top[i] - x, self.bottom[i] - x);
+        if top <= 0.0 && bottom <= 0.0 {
+            return 0.0;
+        }
+        if top >= 1.0 && bottom >= 1.0 {
+            return 1.0;
+        }
         if (bottom - top).abs() < 1e-9 {
             return top.clamp(0.0, 1.0);
         }
@@ -173,9 +186,6 @@ impl Strip {
             let z = z.max(0.0);
             if z < 1.0 { z * z / 2.0 } else { z - 0.5 }
         };
-        if top.is_infinite() || bottom.is_infinite() {
-            return f64::from(u8::from(top > 0.0));
-        }
         ((integral(bottom) - integral(top)) / (bottom - top)).clamp(0.0, 1.0)
     }
 }
@@ -193,14 +203,18 @@ fn add_pixel(strips: &[Strip], pixel: u32, out: &mut Vec<Cover>) {
             if area > 0.0 {
                 let face = strip.faces[i];
                 let middle = x + (left + right) / 2.0;
-                add(out, first, Cover {
-                    face,
-                    start: pixel,
-                    end: pixel + 1,
-                    area: area as f32,
-                    x: middle,
-                    y: strip.y,
-                });
+                add(
+                    out,
+                    first,
+                    Cover {
+                        face,
+                        start: pixel,
+                        end: pixel + 1,
+                        area: area as f32,
+                        x: middle,
+                        y: strip.y,
+                    },
+                );
             }
             left = right;
             i += 1;

@@ -1,4 +1,4 @@
-//! The intensity of faces that are shaded alike all over ([N], "Image data structure", item 2).
+//! The intensity of faces that are shaded alike all over (\[N], "Image data structure", item 2).
 
 use rayon::prelude::*;
 

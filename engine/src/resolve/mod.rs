@@ -1,10 +1,10 @@
 //! Resolve: from spans to pixels, at any size, without solving visibility again.
 //!
 //! 1. *Coverage* ([`coverage`]): the covers of every pixel, by an integration rule ([`rule`]).
-//! 2. *Intensity*: faces whose shading is the same all over are shaded once; this is [N]'s stored
+//! 2. *Intensity*: faces whose shading is the same all over are shaded once; this is \[N]'s stored
 //!    intensity, a memo of the image, which a new light replaces without touching spans.
 //! 3. *Fragments*: covers of other faces are shaded one by one, in batches ([`shade`](self)).
-//! 4. Colours are added up, weighted by coverage ([N] eq. 2).
+//! 4. Colours are added up, weighted by coverage (\[N] eq. 2).
 
 mod boundary;
 pub mod coverage;
@@ -16,7 +16,7 @@ pub use coverage::{Cover, Coverage};
 pub use rule::{Framing, Rule, Vertical, Weighting};
 
 use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
 use crate::image::{Image, Samples, Window};
@@ -84,44 +84,72 @@ pub fn resolve(
         height: framing.rows.len() as u32,
     };
     let intensities = intensity::of(image);
-    let bands = window.height.div_ceil(BAND);
-    let parts: Vec<Pixels> = (0..bands)
+    let area = |channel: Channel| if channels.contains(&channel) { window.area() } else { 0 };
+    let float = |channel: Channel| vec![0.0f32; area(channel)];
+    let mut color: [Vec<f32>; 4] = std::array::from_fn(|_| float(Channel::Color));
+    let mut normal: [Vec<f32>; 3] = std::array::from_fn(|_| float(Channel::N));
+    let mut position: [Vec<f32>; 3] = std::array::from_fn(|_| float(Channel::P));
+    let mut z = float(Channel::Z);
+    let mut id = vec![0u32; area(Channel::Id)];
+    let bands = window.height.div_ceil(BAND) as usize;
+    let mut parts: Vec<Pixels<'_>> = (0..bands).map(|_| Pixels::default()).collect();
+    let rows = BAND as usize * window.width as usize;
+    deal(&mut color, rows, &mut parts, |part, i, values| part.color[i] = values);
+    deal(&mut normal, rows, &mut parts, |part, i, values| part.normal[i] = values);
+    deal(&mut position, rows, &mut parts, |part, i, values| part.position[i] = values);
+    deal(std::slice::from_mut(&mut z), rows, &mut parts, |part, _, values| part.z = values);
+    deal(std::slice::from_mut(&mut id), rows, &mut parts, |part, _, values| part.id = values);
+    let names: Vec<BTreeMap<u32, String>> = parts
         .into_par_iter()
+        .enumerate()
         .map_init(
-            || Stream::new(image, framing, intensities, channels, Coverage::new(image, rule, framing)),
-            |stream, band| {
-                let first = framing.rows.start + band * BAND;
-                stream.rows(first..framing.rows.end.min(first + BAND))
+            || {
+                Stream::new(
+                    image,
+                    framing,
+                    intensities,
+                    channels,
+                    Coverage::new(image, rule, framing),
+                )
+            },
+            |stream, (band, part)| {
+                let first = framing.rows.start + band as u32 * BAND;
+                stream.rows(first..framing.rows.end.min(first + BAND), part)
             },
         )
         .collect();
     let size = Framing::size(raster, framing.scale)?;
     let mut picture = Image::new((size.width, size.height), window);
-    let mut join = |name: &str, pick: &dyn Fn(&Pixels) -> &[f32]| {
-        let values = parts.iter().flat_map(|part| pick(part).iter().copied()).collect();
-        picture.insert(name, Samples::Float(values))
-    };
-    for channel in channels {
-        let names: &[&str] = match channel {
-            Channel::Color => &["R", "G", "B", "A"],
-            Channel::Z => &["Z"],
-            Channel::N => &["N.X", "N.Y", "N.Z"],
-            Channel::P => &["P.X", "P.Y", "P.Z"],
-            Channel::Id => continue,
-        };
-        for (i, name) in names.iter().enumerate() {
-            join(name, &|part| match channel {
-                Channel::Color => &part.color[i],
-                Channel::Z => &part.z,
-                Channel::N => &part.normal[i],
-                _ => &part.position[i],
-            })?;
+    let groups = [
+        (Channel::Color, &["R", "G", "B", "A"][..], Vec::from(color)),
+        (Channel::N, &["N.X", "N.Y", "N.Z"], Vec::from(normal)),
+        (Channel::P, &["P.X", "P.Y", "P.Z"], Vec::from(position)),
+        (Channel::Z, &["Z"], vec![z]),
+    ];
+    for (channel, channel_names, values) in groups {
+        if channels.contains(&channel) {
+            for (name, values) in channel_names.iter().zip(values) {
+                picture.insert(name, Samples::Float(values))?;
+            }
         }
     }
     if channels.contains(&Channel::Id) {
-        let ids = parts.iter().flat_map(|part| part.id.iter().copied()).collect();
-        picture.insert("id", Samples::Id(ids))?;
-        picture.names = parts.iter().flat_map(|part| part.names.clone()).collect();
+        picture.insert("id", Samples::Id(id))?;
+        picture.names = names.into_iter().flatten().collect();
     }
     Ok(picture)
+}
+
+/// Deals runs of values to the parts of a picture, channel by channel.
+fn deal<'p, T>(
+    channels: &'p mut [Vec<T>],
+    run: usize,
+    parts: &mut [Pixels<'p>],
+    give: impl Fn(&mut Pixels<'p>, usize, &'p mut [T]),
+) {
+    for (i, channel) in channels.iter_mut().enumerate() {
+        for (part, values) in parts.iter_mut().zip(channel.chunks_mut(run.max(1))) {
+            give(part, i, values);
+        }
+    }
 }

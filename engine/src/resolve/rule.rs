@@ -2,12 +2,12 @@
 //!
 //! | rule | lines lie | a line stands for | source |
 //! |---|---|---|---|
-//! | `Sampled(n, Trapezoid)` | on the row's borders and between, n + 1 | itself, weights 1/2n at the borders, 1/n between | [N] eqs. 1 and 2 |
-//! | `Sampled(n, Box)` | in the middle of n strips | its strip, weight 1/n | [D] eq. 1 |
+//! | `Sampled(n, Trapezoid)` | on the row's borders and between, n + 1 | itself, weights 1/2n at the borders, 1/n between | \[N] eqs. 1 and 2 |
+//! | `Sampled(n, Box)` | in the middle of n strips | its strip, weight 1/n | \[D] eq. 1 |
 //! | `Sloped(n)` | in the middle of n strips | its strip, with the slopes of the edges that it crosses | ours |
 //!
 //! Scaling changes neither spans nor visibility. In x it is a product. In y a row of the scaled picture
-//! takes other lines: [`Vertical::Whole`] is [N] eq. 7, whole lines with equal weights, which differ
+//! takes other lines: [`Vertical::Whole`] is \[N] eq. 7, whole lines with equal weights, which differ
 //! from row to row; [`Vertical::Fractions`] weighs lines by the exact share of the row that they stand
 //! for.
 
@@ -31,18 +31,16 @@ pub enum Rule {
 /// The weights of sampled lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 pub enum Weighting {
-    /// [N] eqs. 1 and 2: n + 1 lines, those on the row's borders weigh half.
+    /// \[N] eqs. 1 and 2: n + 1 lines, those on the row's borders weigh half.
     Trapezoid,
-    /// [D] eq. 1: n lines of equal weight.
+    /// \[D] eq. 1: n lines of equal weight.
     Box,
 }
 
 /// Which lines a row of a scaled picture takes.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 pub enum Vertical {
-    /// Whole lines with equal weights, [N] eq. 7. `Sloped` does not use it.
+    /// Whole lines with equal weights, \[N] eq. 7. `Sloped` does not use it.
     Whole,
     /// Lines by the exact share of the row that they stand for.
     #[default]
@@ -65,7 +63,7 @@ impl Rule {
 /// How a raster is placed in a picture: scaled, moved, and a window cut out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Framing {
-    /// Pixels of the picture per pixel of the raster, in x and y: T of [N], above 0.
+    /// Pixels of the picture per pixel of the raster, in x and y: T of \[N], above 0.
     pub scale: DVec2,
     /// Where the raster's top left corner lies in the picture, in pixels of the picture.
     pub pan: DVec2,
@@ -95,7 +93,12 @@ impl Framing {
     /// If a scale is not a positive number, or the picture would be longer than 65536 pixels on a side.
     pub fn scaled(raster: Raster, scale: DVec2) -> Result<Framing> {
         let size = Framing::size(raster, scale)?;
-        Ok(Framing { scale, columns: 0..size.width, rows: 0..size.height, ..Framing::whole(raster) })
+        Ok(Framing {
+            scale,
+            columns: 0..size.width,
+            rows: 0..size.height,
+            ..Framing::whole(raster)
+        })
     }
 
     /// The size of the picture that holds a scaled raster: the nearest whole number of pixels, at
@@ -110,7 +113,8 @@ impl Framing {
                 scale.x, scale.y
             )));
         }
-        let side = |pixels: u32, scale: f64| (f64::from(pixels) * scale).round().clamp(1.0, 1e9) as u32;
+        let side =
+            |pixels: u32, scale: f64| (f64::from(pixels) * scale).round().clamp(1.0, 1e9) as u32;
         Raster::new(side(raster.width, scale.x), side(raster.height, scale.y))
     }
 
@@ -163,20 +167,29 @@ pub fn shares(rule: Rule, plan: LinePlan, framing: &Framing, row: u32, lines: u3
         }
         (Rule::Sampled(_, Weighting::Trapezoid), Vertical::Fractions) => {
             // The exact integral of the straight lines between neighbouring samples.
-            let hat = |z: f64| if z <= 0.0 { (1.0 + z) * (1.0 + z) / 2.0 } else { 1.0 - (1.0 - z) * (1.0 - z) / 2.0 };
-            let integral = |k: f64| hat((bottom - k).clamp(-1.0, 1.0)) - hat((top - k).clamp(-1.0, 1.0));
+            let hat = |z: f64| {
+                if z <= 0.0 {
+                    (1.0 + z) * (1.0 + z) / 2.0
+                } else {
+                    1.0 - (1.0 - z) * (1.0 - z) / 2.0
+                }
+            };
+            let integral =
+                |k: f64| hat((bottom - k).clamp(-1.0, 1.0)) - hat((top - k).clamp(-1.0, 1.0));
             steps(top.floor(), bottom.ceil() + 1.0)
                 .map(|k| share(k, integral(k) / (bottom - top)))
                 .filter(|share| share.weight > 0.0)
                 .collect()
         }
-        (Rule::Sampled(_, Weighting::Box) | Rule::Sloped(_), _) => steps(top.floor(), bottom.ceil())
-            .map(|k| {
-                let (from, to) = (top.max(k) - k, bottom.min(k + 1.0) - k);
-                Share { strip: (from, to), ..share(k, (to - from) / (bottom - top)) }
-            })
-            .filter(|share| share.weight > 0.0)
-            .collect(),
+        (Rule::Sampled(_, Weighting::Box) | Rule::Sloped(_), _) => {
+            steps(top.floor(), bottom.ceil())
+                .map(|k| {
+                    let (from, to) = (top.max(k) - k, bottom.min(k + 1.0) - k);
+                    Share { strip: (from, to), ..share(k, (to - from) / (bottom - top)) }
+                })
+                .filter(|share| share.weight > 0.0)
+                .collect()
+        }
     }
 }
 
@@ -223,7 +236,10 @@ mod tests {
                     for row in framing.rows.clone() {
                         let shares = shares(rule, rule.plan().unwrap(), &framing, row, 181);
                         let sum: f64 = shares.iter().map(|share| share.weight).sum();
-                        assert!((sum - 1.0).abs() < 1e-12, "{rule:?} {vertical:?} {scale} {row}: {sum}");
+                        assert!(
+                            (sum - 1.0).abs() < 1e-12,
+                            "{rule:?} {vertical:?} {scale} {row}: {sum}"
+                        );
                     }
                 }
             }
@@ -238,10 +254,14 @@ mod tests {
             shares.iter().map(|s| (s.line.unwrap(), s.weight)).collect::<Vec<_>>()
         };
         let close = |a: &[(u32, f64)], b: &[(u32, f64)]| {
-            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() < 1e-12)
+            a.len() == b.len()
+                && a.iter().zip(b).all(|(a, b)| a.0 == b.0 && (a.1 - b.1).abs() < 1e-12)
         };
         let third = 1.0 / 3.0;
-        assert!(close(&at(Rule::Sampled(3, Weighting::Box)), &[(12, third), (13, third), (14, third)]));
+        assert!(close(
+            &at(Rule::Sampled(3, Weighting::Box)),
+            &[(12, third), (13, third), (14, third)]
+        ));
         // Between samples the trapezoid rule is the integral of straight lines; at whole rows both are
         // the same.
         let sixth = 1.0 / 6.0;

@@ -1,4 +1,4 @@
-//! Documents, plans and objects: the model that people edit and files hold ([D], "Geometry data
+//! Documents, plans and objects: the model that people edit and files hold (\[D], "Geometry data
 //! structure").
 //!
 //! A document holds several plans, a plan a tree of objects under a root object that is always there,
@@ -8,11 +8,11 @@ use glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use super::is_default;
 use super::light::{Environment, Light};
 use super::material::Material;
 use super::mesh::Mesh;
 use super::shape::Shape;
-use super::is_default;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::math;
@@ -38,7 +38,12 @@ pub struct Document {
 
 impl Default for Document {
     fn default() -> Document {
-        Document { version: VERSION, materials: BTreeMap::new(), plans: Vec::new(), default_plan: None }
+        Document {
+            version: VERSION,
+            materials: BTreeMap::new(),
+            plans: Vec::new(),
+            default_plan: None,
+        }
     }
 }
 
@@ -302,7 +307,8 @@ mod tests {
 
     #[test]
     fn steps_apply_in_the_order_written() {
-        let transform = Transform(vec![Step::Move(1.0, 0.0, 0.0), Step::TurnY(90.0), Step::Scale(2.0)]);
+        let transform =
+            Transform(vec![Step::Move(1.0, 0.0, 0.0), Step::TurnY(90.0), Step::Scale(2.0)]);
         let moved = transform.to_matrix().transform_point3(DVec3::ZERO);
         assert_eq!(moved, DVec3::new(0.0, 0.0, -2.0));
     }
@@ -313,7 +319,9 @@ mod tests {
         assert_eq!(at(Step::TurnX(90.0), DVec3::Y), DVec3::Z);
         assert_eq!(at(Step::TurnY(90.0), DVec3::Z), DVec3::X);
         assert_eq!(at(Step::TurnZ(90.0), DVec3::X), DVec3::Y);
-        assert!((at(Step::TurnZ(45.0), DVec3::X) - at(Step::TurnZ(-315.0), DVec3::X)).length() < 1e-15);
+        assert!(
+            (at(Step::TurnZ(45.0), DVec3::X) - at(Step::TurnZ(-315.0), DVec3::X)).length() < 1e-15
+        );
     }
 
     #[test]

@@ -38,8 +38,12 @@ impl std::fmt::Display for Fault {
             Fault::RepeatedCorner => "two corners in a row are one point (the second is dropped)",
             Fault::NoArea => "the face has no area (it is dropped)",
             Fault::NotPlanar => "the corners do not lie in a plane (it is divided into triangles)",
-            Fault::CrossesItself => "an outline crosses or touches itself (the even-odd rule holds)",
-            Fault::HoleCrossesOutline => "a hole crosses the outline (what is outside has no effect)",
+            Fault::CrossesItself => {
+                "an outline crosses or touches itself (the even-odd rule holds)"
+            }
+            Fault::HoleCrossesOutline => {
+                "a hole crosses the outline (what is outside has no effect)"
+            }
             Fault::HoleOutside => "a hole lies outside the outline (it has no effect)",
             Fault::HolesOverlap => "two holes overlap, touch or contain each other (all is hole)",
             Fault::SealOutside => "a seal reaches beyond the outline (it is cut there)",
@@ -70,7 +74,8 @@ pub fn examine(mesh: &Mesh) -> Vec<(usize, Fault)> {
 }
 
 fn examine_face(mesh: &Mesh, at: usize) -> Vec<Fault> {
-    let points = |ring: &[u32]| -> Vec<DVec3> { ring.iter().map(|c| mesh.points[*c as usize]).collect() };
+    let points =
+        |ring: &[u32]| -> Vec<DVec3> { ring.iter().map(|c| mesh.points[*c as usize]).collect() };
     let outline = points(mesh.outline(at));
     let holes: Vec<Vec<DVec3>> = mesh.holes(at).iter().map(|hole| points(hole)).collect();
     let seals: Vec<Vec<DVec3>> = mesh.seals(at).iter().map(|seal| points(&seal.outline)).collect();
@@ -118,7 +123,9 @@ fn examine_face(mesh: &Mesh, at: usize) -> Vec<Fault> {
         }
     }
     for seal in &seals {
-        if cross(seal, &outline) || !contains(&outline, middle(seal)) && !contains(&outline, seal[0]) {
+        if cross(seal, &outline)
+            || !contains(&outline, middle(seal)) && !contains(&outline, seal[0])
+        {
             faults.push(Fault::SealOutside);
         }
     }
@@ -142,7 +149,8 @@ fn side(p: DVec2, q: DVec2, r: DVec2) -> f64 {
 
 /// Whether two edges cross at a point inside both.
 fn cross_inside(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> bool {
-    side(a.0, a.1, b.0) * side(a.0, a.1, b.1) < 0.0 && side(b.0, b.1, a.0) * side(b.0, b.1, a.1) < 0.0
+    side(a.0, a.1, b.0) * side(a.0, a.1, b.1) < 0.0
+        && side(b.0, b.1, a.0) * side(b.0, b.1, a.1) < 0.0
 }
 
 /// Whether a point lies on an edge.
@@ -165,9 +173,7 @@ fn crosses_itself(ring: &[DVec2]) -> bool {
                 };
                 return side(p, q, r) == 0.0 && (p - q).dot(r - q) > 0.0;
             }
-            cross_inside(all[i], all[j])
-                || on_edge(all[j].0, all[i])
-                || on_edge(all[i].0, all[j])
+            cross_inside(all[i], all[j]) || on_edge(all[j].0, all[i]) || on_edge(all[i].0, all[j])
         })
     })
 }
@@ -200,7 +206,11 @@ mod tests {
     use super::*;
     use crate::scene::{Face, Seal};
 
-    fn face(outline: &[(f64, f64)], holes: &[&[(f64, f64)]], seals: &[&[(f64, f64)]]) -> Vec<Fault> {
+    fn face(
+        outline: &[(f64, f64)],
+        holes: &[&[(f64, f64)]],
+        seals: &[&[(f64, f64)]],
+    ) -> Vec<Fault> {
         let mut mesh = Mesh::default();
         let mut ring = |points: &[(f64, f64)]| -> Vec<u32> {
             points.iter().map(|(x, y)| mesh.add_point([*x, *y, 0.0])).collect()
@@ -232,8 +242,14 @@ mod tests {
         assert_eq!(face(&bow, &[], &[]), [Fault::CrossesItself]);
         assert_eq!(face(&SQUARE, &[&small(8.0, 1.0)], &[]), [Fault::HoleCrossesOutline]);
         assert_eq!(face(&SQUARE, &[&small(20.0, 1.0)], &[]), [Fault::HoleOutside]);
-        assert_eq!(face(&SQUARE, &[&small(1.0, 1.0), &small(2.0, 2.0)], &[]), [Fault::HolesOverlap]);
-        assert_eq!(face(&SQUARE, &[&small(1.0, 1.0), &small(1.0, 1.0)], &[]), [Fault::HolesOverlap]);
+        assert_eq!(
+            face(&SQUARE, &[&small(1.0, 1.0), &small(2.0, 2.0)], &[]),
+            [Fault::HolesOverlap]
+        );
+        assert_eq!(
+            face(&SQUARE, &[&small(1.0, 1.0), &small(1.0, 1.0)], &[]),
+            [Fault::HolesOverlap]
+        );
         assert_eq!(face(&SQUARE, &[], &[&small(8.0, 8.0)]), [Fault::SealOutside]);
         let line = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)];
         assert_eq!(face(&line, &[], &[]), [Fault::NoArea]);

@@ -1,9 +1,9 @@
-//! Faces, seals and holes ([D], "Geometry data structure").
+//! Faces, seals and holes (\[D], "Geometry data structure").
 //!
 //! A face is a polygon, convex or concave, with any number of *holes*, areas that are always
 //! transparent, and *seals*, areas with attributes of their own that are seen over the face. A mesh
 //! is the list of an object's faces over shared vertices; curved surfaces are triangles whose vertices
-//! carry normals ([N], "Image data structure").
+//! carry normals (\[N], "Image data structure").
 //!
 //! What the papers leave open, decided here and tested:
 //! - The face is inside its outline by the even-odd rule and outside every hole; an outline that

@@ -152,7 +152,9 @@ impl Scene {
             .iter()
             .filter(move |instance| seen.insert(Arc::as_ptr(&instance.geometry)))
             .map(|instance| (instance.path.as_str(), instance.geometry.faults()))
-            .filter(|(_, faults)| *faults != Faults { worst_deviation: faults.worst_deviation, ..Faults::default() })
+            .filter(|(_, faults)| {
+                *faults != Faults { worst_deviation: faults.worst_deviation, ..Faults::default() }
+            })
     }
 }
 
@@ -200,7 +202,9 @@ impl Flattening {
         }
         self.visits += 1;
         if self.visits > MAX_INSTANCES {
-            return Err(Error::invalid(format!("more than {MAX_INSTANCES} objects: divide the scene")));
+            return Err(Error::invalid(format!(
+                "more than {MAX_INSTANCES} objects: divide the scene"
+            )));
         }
         let display = object.display.min(above.display);
         if display == Display::Hidden {
@@ -247,7 +251,9 @@ impl Flattening {
             Shape::Array { of, count, step } => {
                 let total = count.iter().map(|n| u64::from(*n)).product::<u64>();
                 if total > MAX_INSTANCES as u64 {
-                    return Err(Error::invalid(format!("an array of {total}: at most {MAX_INSTANCES}")));
+                    return Err(Error::invalid(format!(
+                        "an array of {total}: at most {MAX_INSTANCES}"
+                    )));
                 }
                 let each = (0..count[2]).flat_map(|k| {
                     (0..count[1]).flat_map(move |j| (0..count[0]).map(move |i| [i, j, k]))
@@ -269,8 +275,9 @@ impl Flattening {
                 }
                 self.open(&id.0.display().to_string())?;
                 let document = self.files[&id].document.clone();
-                let plan =
-                    document.plan(plan.as_deref()).map_err(|e| Error::in_file(&id.0, e.to_string()))?;
+                let plan = document
+                    .plan(plan.as_deref())
+                    .map_err(|e| Error::in_file(&id.0, e.to_string()))?;
                 let directory = id.0.parent().unwrap_or(Path::new(""));
                 self.visit(&File { document: &document, plan, directory }, &plan.root, here)?;
                 self.open.pop();
@@ -336,11 +343,16 @@ impl Flattening {
         }
         let material = file.document.materials.get(name).ok_or_else(|| {
             let names: Vec<&str> = file.document.materials.keys().map(String::as_str).collect();
-            Error::invalid(format!("there is no material \"{name}\": the scene has {}", names.join(", ")))
+            Error::invalid(format!(
+                "there is no material \"{name}\": the scene has {}",
+                names.join(", ")
+            ))
         })?;
         let finite = material.color.is_finite() && material.alpha.is_finite();
         if !finite {
-            return Err(Error::invalid(format!("material \"{name}\" has a number that is not finite")));
+            return Err(Error::invalid(format!(
+                "material \"{name}\" has a number that is not finite"
+            )));
         }
         let number = self.materials.len() as u32;
         self.materials.push(material.clone());

@@ -106,7 +106,8 @@ impl Geometry {
         let mut geometry = Geometry { mesh, supports, support_of, parts: None, faults };
         if geometry.mesh.has_parts() {
             let mut first = 0;
-            let counts = (0..geometry.mesh.face_count()).map(|at| geometry.parts_of(at).count() as u32);
+            let counts =
+                (0..geometry.mesh.face_count()).map(|at| geometry.parts_of(at).count() as u32);
             let mut parts = vec![0];
             for count in counts {
                 first += count;
@@ -367,8 +368,7 @@ fn is_affine(mesh: &Mesh, face: &Face, normal: DVec3) -> bool {
             (values[0] * w[0] + values[1] * w[1] + values[2] * w[2] - values[3]).abs() <= AFFINITY
         };
         let four = |i: usize| [a, b, c, at].map(|k| mesh.colors[k][i]);
-        (mesh.normals.is_empty()
-            || (0..3).all(|i| near([a, b, c, at].map(|k| mesh.normals[k][i]))))
+        (mesh.normals.is_empty() || (0..3).all(|i| near([a, b, c, at].map(|k| mesh.normals[k][i]))))
             && (mesh.uvs.is_empty() || (0..2).all(|i| near([a, b, c, at].map(|k| mesh.uvs[k][i]))))
             && (mesh.colors.is_empty() || (0..4).all(|i| near(four(i))))
     })

@@ -1,4 +1,4 @@
-//! What a scene file says of light: [D]'s light list and environment record.
+//! What a scene file says of light: \[D]'s light list and environment record.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -56,7 +56,7 @@ pub enum LightKind {
     },
 }
 
-/// [D]'s environment record.
+/// \[D]'s environment record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Environment {

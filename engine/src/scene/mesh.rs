@@ -1,5 +1,5 @@
 //! Meshes: an object's faces over shared vertices. Curved surfaces are triangles whose vertices carry
-//! normals ([N], "Image data structure").
+//! normals (\[N], "Image data structure").
 
 use glam::{DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -56,7 +56,8 @@ impl PartialEq for Mesh {
             && self.faces.len() == other.faces.len()
             && self.details == other.details
             && (0..self.faces.len()).all(|at| {
-                self.outline(at) == other.outline(at) && self.faces[at].front == other.faces[at].front
+                self.outline(at) == other.outline(at)
+                    && self.faces[at].front == other.faces[at].front
             })
     }
 }
@@ -215,7 +216,11 @@ impl Mesh {
                 seals: face
                     .seals
                     .iter()
-                    .map(|s| Seal { outline: moved(&s.outline), sides: sides(s.sides), edge: s.edge })
+                    .map(|s| Seal {
+                        outline: moved(&s.outline),
+                        sides: sides(s.sides),
+                        edge: s.edge,
+                    })
                     .collect(),
                 sides: sides(face.sides),
                 edge: face.edge,
@@ -239,11 +244,15 @@ impl Mesh {
     /// If a number is not finite or a list is neither empty nor as long as the points.
     pub fn validate(&self) -> Result<()> {
         let n = self.points.len();
-        for (name, len) in
-            [("normals", self.normals.len()), ("uvs", self.uvs.len()), ("colors", self.colors.len())]
-        {
+        for (name, len) in [
+            ("normals", self.normals.len()),
+            ("uvs", self.uvs.len()),
+            ("colors", self.colors.len()),
+        ] {
             if len != 0 && len != n {
-                return Err(Error::invalid(format!("{len} {name} for {n} points: give all or none")));
+                return Err(Error::invalid(format!(
+                    "{len} {name} for {n} points: give all or none"
+                )));
             }
         }
         if let Some(at) = self.points.iter().position(|p| !p.is_finite()) {

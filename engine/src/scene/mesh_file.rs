@@ -69,7 +69,8 @@ impl<'de> Deserialize<'de> for Mesh {
 
 impl InFile {
     fn into_mesh(self) -> Result<Mesh> {
-        let InFile { points, normals, uvs, colors, materials, faces, corners, lengths, fronts } = self;
+        let InFile { points, normals, uvs, colors, materials, faces, corners, lengths, fronts } =
+            self;
         let mut mesh = Mesh { points, normals, uvs, colors, materials, ..Mesh::default() };
         let mut faces = faces.into_iter();
         let mut rest = &corners[..];

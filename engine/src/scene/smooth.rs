@@ -46,12 +46,12 @@ impl Mesh {
         for at in 0..self.face_count() {
             let own = normals[at];
             let mean = |corner: u32| -> DVec3 {
-                let near = around[&place(corner)].iter().filter(|other| normals[**other].dot(own) >= cos);
+                let near =
+                    around[&place(corner)].iter().filter(|other| normals[**other].dot(own) >= cos);
                 near.map(|other| areas[*other]).sum::<DVec3>().try_normalize().unwrap_or(own)
             };
             let Some(mut face) = self.face(at) else { continue };
-            face.outline =
-                face.outline.iter().map(|c| vertex(&mut smooth, *c, mean(*c))).collect();
+            face.outline = face.outline.iter().map(|c| vertex(&mut smooth, *c, mean(*c))).collect();
             let mut flat = |ring: &Outline| -> Outline {
                 ring.iter().map(|c| vertex(&mut smooth, *c, own)).collect()
             };

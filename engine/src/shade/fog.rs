@@ -5,7 +5,7 @@ use crate::fragment::{Columns, Fragments, Shader};
 use crate::key::Key;
 use crate::math;
 
-/// Mixes surfaces with the fog's colour by the length of the way from the eye. [N], "Shading effects":
+/// Mixes surfaces with the fog's colour by the length of the way from the eye. \[N], "Shading effects":
 /// "fog effect can be calculated using only depths".
 #[derive(Clone, Copy, Debug)]
 pub struct Fog {

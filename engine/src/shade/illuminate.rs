@@ -9,7 +9,7 @@ use crate::key::{Key, KeyHasher};
 
 /// Lights surfaces by Lambert's law: colour times the light received. Unlit surfaces stay as they are.
 ///
-/// Flat faces under parallel light have one intensity all over, [N]'s stored intensity; on curved
+/// Flat faces under parallel light have one intensity all over, \[N]'s stored intensity; on curved
 /// patches normals are interpolated.
 #[derive(Clone, Debug)]
 pub struct Illuminate {

@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::fragment::{Columns, Fragments};
 use crate::key::Key;
 
-/// A light source: what it adds to fragments, each light by itself ([N], "Illuminance calculation").
+/// A light source: what it adds to fragments, each light by itself (\[N], "Illuminance calculation").
 pub trait Light: Send + Sync + Debug {
     /// What the light is, as a hash of its parameters.
     fn key(&self) -> Key;

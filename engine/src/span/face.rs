@@ -28,7 +28,7 @@ impl FaceId {
 pub enum Role {
     /// A polygon with holes: inside the first ring, outside all others.
     Face,
-    /// An area on a face ([D]): inside its first ring and inside the face, whose place in the table
+    /// An area on a face (\[D]): inside its first ring and inside the face, whose place in the table
     /// this is. It has the face's plane bit for bit and a higher rank.
     Seal(u32),
     /// The drawn edge of a face or seal: the union of its rings.
@@ -87,7 +87,11 @@ impl Edge {
     /// The edge between two points, in either order.
     #[inline(always)]
     pub fn new(p: DVec2, q: DVec2) -> Edge {
-        if (p.y, p.x) <= (q.y, q.x) { Edge { top: p, bottom: q } } else { Edge { top: q, bottom: p } }
+        if (p.y, p.x) <= (q.y, q.x) {
+            Edge { top: p, bottom: q }
+        } else {
+            Edge { top: q, bottom: p }
+        }
     }
 
     /// Whether a line at `y` crosses it. The upper end belongs to it, the lower does not: the edges
@@ -132,6 +136,11 @@ impl FaceTable {
     /// All edges of a face's rings.
     pub fn edges<'a>(&'a self, face: &Face) -> impl Iterator<Item = Edge> + 'a {
         self.rings(face).flat_map(|ring| ring.edges())
+    }
+
+    /// The edges of a face's rings that cross the line at `y`.
+    pub fn crossing<'a>(&'a self, face: &Face, y: f64) -> impl Iterator<Item = Edge> + 'a {
+        self.rings(face).flat_map(move |ring| ring.crossing(y))
     }
 
     /// How many corners a face has, in all its rings.
@@ -185,6 +194,15 @@ impl<'a> Ring<'a> {
     /// The corners in order.
     pub fn points(self) -> impl Iterator<Item = DVec2> + 'a {
         self.corners.iter().map(move |corner| self.points[(corner & !END_OF_RING) as usize])
+    }
+
+    /// The edges that cross the line at `y`, as [`Edge::crosses`] says.
+    pub fn crossing(self, y: f64) -> impl Iterator<Item = Edge> + 'a {
+        let mut previous = self.corners.last().map_or(DVec2::ZERO, |_| self.point(self.len() - 1));
+        self.points().filter_map(move |point| {
+            let from = std::mem::replace(&mut previous, point);
+            ((from.y <= y) != (point.y <= y)).then(|| Edge::new(from, point))
+        })
     }
 
     /// The edges in order, the closing one first.
@@ -340,7 +358,9 @@ impl FaceTableBuilder {
         }
         let mut all: Vec<(u32, usize, usize)> = Vec::new();
         for (t, table) in tables.into_iter().enumerate() {
-            all.extend(table.faces.iter().enumerate().map(|(place, face)| (face.ordinal, t, place)));
+            all.extend(
+                table.faces.iter().enumerate().map(|(place, face)| (face.ordinal, t, place)),
+            );
         }
         all.sort_unstable();
         let mut places = tables.map(|table| vec![0; table.faces.len()]);
@@ -354,9 +374,17 @@ impl FaceTableBuilder {
                 };
                 let rings: Vec<Vec<u32>> = tables[t]
                     .rings(face)
-                    .map(|ring| ring.corners.iter().map(|c| (c & !END_OF_RING) + offsets[t]).collect())
+                    .map(|ring| {
+                        ring.corners.iter().map(|c| (c & !END_OF_RING) + offsets[t]).collect()
+                    })
                     .collect();
-                let head = FaceHead { ordinal, plane: face.plane, rank: face.rank, role, sees_front: face.sees_front };
+                let head = FaceHead {
+                    ordinal,
+                    plane: face.plane,
+                    rank: face.rank,
+                    role,
+                    sees_front: face.sees_front,
+                };
                 union.face(head, rings.iter().map(Vec::as_slice))?;
             }
             places[t][place] = union.table.faces.len() as u32 - 1;

@@ -45,8 +45,11 @@ impl Lines {
     pub fn join(first: u32, parts: Vec<Lines>) -> Lines {
         let lines: usize = parts.iter().map(|part| part.starts.len() - 1).sum();
         let spans: usize = parts.iter().map(|part| part.spans.len()).sum();
-        let mut all =
-            Lines { first, starts: Vec::with_capacity(lines + 1), spans: Vec::with_capacity(spans) };
+        let mut all = Lines {
+            first,
+            starts: Vec::with_capacity(lines + 1),
+            spans: Vec::with_capacity(spans),
+        };
         all.starts.push(0);
         for part in parts {
             let offset = all.spans.len();
@@ -138,7 +141,12 @@ impl SpanImage {
     ///
     /// # Errors
     /// If the sources have more faces than ids (2^32 - 1).
-    pub fn frame(view: View, plan: LinePlan, rows: Rows, sources: Vec<Source>) -> Result<SpanImage> {
+    pub fn frame(
+        view: View,
+        plan: LinePlan,
+        rows: Rows,
+        sources: Vec<Source>,
+    ) -> Result<SpanImage> {
         let empty = SpanImage::empty(view, plan, rows);
         let sources = sources.into_iter().map(|source| vec![Arc::new(source)]).collect();
         assemble(std::slice::from_ref(&empty), sources).map(|(frame, _)| frame)
@@ -265,7 +273,8 @@ impl SpanImage {
     }
 
     fn check_mergeable(&self, other: &SpanImage) -> Result<()> {
-        let mismatch = |what, left: String, right: String| Err(Error::Mismatch { what, left, right });
+        let mismatch =
+            |what, left: String, right: String| Err(Error::Mismatch { what, left, right });
         if self.view.raster() != other.view.raster() {
             let (left, right) = (self.view.raster(), other.view.raster());
             return mismatch("the raster", left.to_string(), right.to_string());
@@ -285,7 +294,7 @@ impl SpanImage {
     }
 }
 
-/// By face id, the colour of every visible face that is shaded alike all over: [N]'s stored
+/// By face id, the colour of every visible face that is shaded alike all over: \[N]'s stored
 /// intensities.
 #[derive(Debug, Default)]
 pub struct Intensities(Vec<Option<Color>>);
@@ -360,8 +369,7 @@ fn assemble(
     images: &[SpanImage],
     sources: Vec<Vec<Arc<Source>>>,
 ) -> Result<(SpanImage, Vec<Places>)> {
-    let mut slots: Vec<(usize, Arc<Source>)> =
-        sources.into_iter().flatten().enumerate().collect();
+    let mut slots: Vec<(usize, Arc<Source>)> = sources.into_iter().flatten().enumerate().collect();
     let count = slots.len();
     slots.sort_by(|a, b| a.1.order(&b.1).then(a.0.cmp(&b.0)));
 
@@ -414,9 +422,11 @@ fn assemble(
         .collect();
 
     let first = &images[0];
-    let stays = places[0].0.iter().zip(&first.bases).all(|((base, table), old)| {
-        base == old && table.is_none()
-    });
+    let stays = places[0]
+        .0
+        .iter()
+        .zip(&first.bases)
+        .all(|((base, table), old)| base == old && table.is_none());
     let lines = if stays || images.len() > 1 {
         first.lines.clone()
     } else {

@@ -36,7 +36,7 @@ pub fn push(line: &mut Vec<Span>, start: usize, x: u32, face: FaceId) {
 
 /// Merges two lines by depth: in every cell the winner of the two. Appends to `out`.
 ///
-/// This is the composition of span buffers of [N], figs. 4 to 6: over each *sample span*, between
+/// This is the composition of span buffers of \[N], figs. 4 to 6: over each *sample span*, between
 /// consecutive boundaries of either input, each input shows one face, and the two do not cross, cross
 /// or overlap. `on_line` gives a face's depth on this line.
 pub fn merge(
@@ -74,7 +74,7 @@ pub fn merge(
 
 /// The visible part of any segments on a line, the upper envelope under the winner rule, appended to
 /// `out`: halves are solved and merged, O(K alpha(K) log K) for K segments where comparing all pairs
-/// takes K^2 ([N], "Compositing 3D images").
+/// takes K^2 (\[N], "Compositing 3D images").
 pub fn envelope(
     segments: &[(Range<u32>, FaceId)],
     cells: u32,

@@ -4,7 +4,7 @@
 //! plane, so depth is a function and not a sample. [`merge`](SpanImage::merge) of any number of images
 //! is the maximum, cell by cell, under the total order of [`order`].
 //!
-//! Reading path: [`order`] (which face is nearer), [`line`] (a line and the merge of two), [`face`]
+//! Reading path: [`order`] (which face is nearer), [`mod@line`] (a line and the merge of two), [`face`]
 //! (planes and outlines), [`image`] (all lines of a picture, and the merge of pictures), [`writer`]
 //! (for renderers of other people).
 

@@ -85,7 +85,7 @@ impl OnLine {
     }
 
     /// Divides `cells` between this face and `other`: the cells below the returned boundary have the
-    /// first winner, those from it on the second. [N] fig. 6: the boundary is an end of `cells` where
+    /// first winner, those from it on the second. \[N] fig. 6: the boundary is an end of `cells` where
     /// the faces do not cross (a) or overlap (c), and between where they cross (b).
     ///
     /// The exact difference of depths is affine in x, so the winner changes at most once.

@@ -44,7 +44,7 @@ impl Source {
         self.stack.iter().fold(Columns::COLOR, |all, shader| all | shader.reads())
     }
 
-    /// Whether a face is shaded alike all over, so that one evaluation serves all of it: [N]'s
+    /// Whether a face is shaded alike all over, so that one evaluation serves all of it: \[N]'s
     /// uniform intensity.
     pub fn shades_alike(&self, ordinal: u32) -> bool {
         !self.reads().meets(self.surfaces.varying(ordinal) | Columns::PLACE)
@@ -73,7 +73,12 @@ impl Source {
         let ordinals = |source: &Source| source.faces.faces().len();
         let same = Arc::ptr_eq(&self.faces, &other.faces)
             || (ordinals(self) == ordinals(other)
-                && self.faces.faces().iter().zip(other.faces.faces()).all(|(a, b)| a.ordinal == b.ordinal));
+                && self
+                    .faces
+                    .faces()
+                    .iter()
+                    .zip(other.faces.faces())
+                    .all(|(a, b)| a.ordinal == b.ordinal));
         if same {
             return Ok((self.clone(), [None, None]));
         }

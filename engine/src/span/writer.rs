@@ -90,13 +90,19 @@ impl SpanWriter {
     /// If the line is not one of [`lines`](SpanWriter::lines), the face is unknown, or an end is NaN.
     pub fn segment(&mut self, line: u32, pixels: Range<f64>, face: FaceId) -> Result<()> {
         if face.0 >= self.count {
-            return Err(Error::invalid(format!("a segment of face {}, which is not declared", face.0)));
+            return Err(Error::invalid(format!(
+                "a segment of face {}, which is not declared",
+                face.0
+            )));
         }
         if pixels.start.is_nan() || pixels.end.is_nan() {
-            return Err(Error::invalid(format!("a segment on line {line} with an end that is NaN")));
+            return Err(Error::invalid(format!(
+                "a segment on line {line} with an end that is NaN"
+            )));
         }
         let first = self.lines().start;
-        let Some(segments) = line.checked_sub(first).and_then(|i| self.segments.get_mut(i as usize))
+        let Some(segments) =
+            line.checked_sub(first).and_then(|i| self.segments.get_mut(i as usize))
         else {
             return Err(Error::invalid(format!("line {line} is not one of {:?}", self.lines())));
         };

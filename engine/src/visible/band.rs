@@ -96,14 +96,17 @@ pub(super) fn segments(table: &FaceTable, face: &Face, y: f64, raster: Raster) -
 
 /// The inside of a ring on a line, by the even-odd rule.
 fn crossings(ring: Ring<'_>, y: f64, raster: Raster) -> Vec<Range<u32>> {
-    let crossing = ring.edges().filter(|edge| edge.crosses(y));
-    let mut cells: Vec<u32> = crossing.map(|edge| raster.cell(edge.x_at(y))).collect();
+    let mut cells: Vec<u32> = ring.crossing(y).map(|edge| raster.cell(edge.x_at(y))).collect();
     cells.sort_unstable();
     cells.chunks_exact(2).filter(|pair| pair[0] < pair[1]).map(|pair| pair[0]..pair[1]).collect()
 }
 
 /// Combines two lists of segments: where `keep(in a, in b)`.
-fn combine(a: &[Range<u32>], b: &[Range<u32>], keep: impl Fn(bool, bool) -> bool) -> Vec<Range<u32>> {
+fn combine(
+    a: &[Range<u32>],
+    b: &[Range<u32>],
+    keep: impl Fn(bool, bool) -> bool,
+) -> Vec<Range<u32>> {
     let ends = |list: &[Range<u32>], which: usize| -> Vec<(u32, usize)> {
         list.iter().flat_map(|r| [(r.start, which), (r.end, which)]).collect()
     };
@@ -173,7 +176,13 @@ impl Limits {
     }
 
     /// The part of a segment that is seen. A plane is crossed at most once, exactly at a cell.
-    pub(super) fn cut(&self, segment: Range<u32>, face: &OnLine, y: f64, raster: Raster) -> Range<u32> {
+    pub(super) fn cut(
+        &self,
+        segment: Range<u32>,
+        face: &OnLine,
+        y: f64,
+        raster: Raster,
+    ) -> Range<u32> {
         let mut seen = segment.start.max(self.cells.start)..segment.end.min(self.cells.end);
         // Faces at the very depth of a plane are seen: they lose against the front, win over the back.
         let front = self.front.map(|p| OnLine::new(&p, u32::MAX, FaceId::NONE, y, raster));

@@ -86,7 +86,8 @@ mod tests {
     fn a_road_under_the_eye_is_cut_far_outside_the_raster() {
         let guard = Guard::new(Raster::new(100, 100).unwrap());
         // A strip on the ground, 100 below the eye, from far ahead to behind.
-        let at = |x: f64, d: f64| Homogeneous { x: 50.0 * d + x, y: 50.0 * d + 100.0, r: 1.0, w: d };
+        let at =
+            |x: f64, d: f64| Homogeneous { x: 50.0 * d + x, y: 50.0 * d + 100.0, r: 1.0, w: d };
         for offset in [-3000.0, 0.0, 3000.0] {
             let ring = [
                 at(offset - 10.0, -5.0),

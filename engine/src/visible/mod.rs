@@ -1,6 +1,6 @@
 //! Visible surfaces: from scenes to span images.
 //!
-//! The scan-line method of both papers, [N] and [D] "Shading display with shadow": faces are sorted
+//! The scan-line method of both papers, \[N] and \[D] "Shading display with shadow": faces are sorted
 //! into buckets by y, and every line finds the visible one among the faces that it meets. "Visible" is
 //! the winner rule of [`crate::span::order`], the same that merges images, so that rendering clusters
 //! apart and merging them gives the same bits as rendering them together.
@@ -18,8 +18,8 @@ use std::sync::Arc;
 
 use crate::camera::View;
 use crate::error::{Error, Result};
-use crate::raster::{LinePlan, Rows};
 use crate::key::Key;
+use crate::raster::{LinePlan, Rows};
 use crate::scene::{Scene, SceneSurfaces};
 use crate::span::{Lines, Source, SpanImage, line};
 use band::{Band, LANES, Limits};

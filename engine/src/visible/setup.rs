@@ -97,8 +97,12 @@ impl<'a> Setup<'a> {
             .par_iter()
             .with_min_len(4096)
             .map(|support| {
-                let (normal, point) = (normals * support.normal, eye.transform_point3(support.point));
-                (nearer(view.plane(normal, point), priority, view), view.faces_viewer(normal, point))
+                let (normal, point) =
+                    (normals * support.normal, eye.transform_point3(support.point));
+                (
+                    nearer(view.plane(normal, point), priority, view),
+                    view.faces_viewer(normal, point),
+                )
             })
             .collect();
         let guard = Guard::new(view.raster());
@@ -172,14 +176,17 @@ impl<'a> Setup<'a> {
                     parent = rings.table.face(head, own.iter().map(Vec::as_slice))?;
                 }
                 Part::FaceEdges => {
-                    let all = std::iter::once(outline).chain(mesh.holes(at).iter().map(Vec::as_slice));
+                    let all =
+                        std::iter::once(outline).chain(mesh.holes(at).iter().map(Vec::as_slice));
                     let width = mesh.edge(at).map_or(0.0, |edge| edge.width);
                     rings.stroke(all, width, head)?;
                 }
                 Part::Seal(i) if self.instance.shows_seals => {
                     let seal = rings.ring(&mesh.seals(at)[i as usize].outline, None)?;
                     if seal.len() >= 3 {
-                        rings.table.face(FaceHead { role: Role::Seal(parent), ..head }, [&seal[..]])?;
+                        rings
+                            .table
+                            .face(FaceHead { role: Role::Seal(parent), ..head }, [&seal[..]])?;
                     }
                 }
                 Part::SealEdges(i) if self.instance.shows_seals => {
@@ -210,7 +217,8 @@ impl<'a> Setup<'a> {
             && extent.low.y < bottom
             && extent.farthest <= nearest
             && extent.nearest >= farthest
-            && self.plan.first_at_or_below(extent.low.y) < self.plan.first_at_or_below(extent.high.y)
+            && self.plan.first_at_or_below(extent.low.y)
+                < self.plan.first_at_or_below(extent.high.y)
     }
 
     /// The plane, or constant depth for a face seen so nearly edge-on that all of its depths lie within
@@ -289,8 +297,12 @@ impl Rings<'_, '_> {
                 let Some(q) = cut.iter().map(screen).find(|q| *q != p) else { continue };
                 let along = (q - p).try_normalize().unwrap_or(DVec2::X) * half;
                 let across = along.perp();
-                let corners =
-                    [p - along - across, q + along - across, q + along + across, p - along + across];
+                let corners = [
+                    p - along - across,
+                    q + along - across,
+                    q + along + across,
+                    p - along + across,
+                ];
                 let first = self.table.points(corners)?;
                 quads.push([first, first + 1, first + 2, first + 3]);
             }

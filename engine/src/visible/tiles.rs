@@ -22,7 +22,7 @@ use crate::span::{Face, FaceId, FaceTable, Lines, OnLine, SpanImage};
 /// Width of a tile in pixels.
 const TILE: u32 = 8;
 /// Changes after which a tile's bound is computed anew.
-const STALE: u32 = 4;
+const STALE: u32 = 8;
 
 /// Solves all lines of a frame.
 pub(super) fn solve(frame: &SpanImage) -> Lines {
@@ -74,8 +74,7 @@ impl<'a> Solver<'a> {
         let raster = frame.view().raster();
         let cells_per_tile = TILE.min(raster.width) << raster.fraction_bits();
         let count = raster.width.div_ceil(TILE);
-        let tile =
-            || Tile { lines: Default::default(), bound: f64::NEG_INFINITY, changes: 0 };
+        let tile = || Tile { lines: Default::default(), bound: f64::NEG_INFINITY, changes: 0 };
         Solver {
             frame,
             raster,
@@ -121,10 +120,10 @@ impl<'a> Solver<'a> {
             OnLine::new(&candidate.face.plane, candidate.face.rank, candidate.id, y, self.raster)
         });
         if !self.limits.are_open() {
-            for lane in 0..LANES {
+            for (lane, face) in on_line.iter().enumerate() {
                 let segment = reach.start[lane]..reach.end[lane];
                 if !segment.is_empty() {
-                    let seen = self.limits.cut(segment, &on_line[lane], band.y[lane], self.raster);
+                    let seen = self.limits.cut(segment, face, band.y[lane], self.raster);
                     (reach.start[lane], reach.end[lane]) = (seen.start, seen.end);
                 }
             }
@@ -153,7 +152,13 @@ impl<'a> Solver<'a> {
         }
     }
 
-    fn insert(&mut self, band: &Band, candidate: &Candidate<'_>, on_line: &[OnLine; LANES], reach: &Reach) {
+    fn insert(
+        &mut self,
+        band: &Band,
+        candidate: &Candidate<'_>,
+        on_line: &[OnLine; LANES],
+        reach: &Reach,
+    ) {
         let mut start = u32::MAX;
         let mut end = 0;
         for lane in 0..LANES {
@@ -174,9 +179,8 @@ impl<'a> Solver<'a> {
             if nearest < tile.bound {
                 continue;
             }
-            for lane in 0..band.count {
-                let segment =
-                    reach.start[lane].max(cells.start)..reach.end[lane].min(cells.end);
+            for (lane, new) in on_line.iter().enumerate().take(band.count) {
+                let segment = reach.start[lane].max(cells.start)..reach.end[lane].min(cells.end);
                 if !segment.is_empty() {
                     let y = band.y[lane];
                     let changed = insert_line(
@@ -185,7 +189,7 @@ impl<'a> Solver<'a> {
                         &mut self.scratch,
                         &cells,
                         segment,
-                        &on_line[lane],
+                        new,
                         y,
                     );
                     tile.changes += u32::from(changed);
@@ -281,7 +285,13 @@ fn last_y(band: &Band) -> f64 {
 }
 
 /// The least depth of the winners of a tile, rounded down.
-fn farthest(frame: &SpanImage, band: &Band, tile: &Tile, cells: &Range<u32>, raster: Raster) -> f64 {
+fn farthest(
+    frame: &SpanImage,
+    band: &Band,
+    tile: &Tile,
+    cells: &Range<u32>,
+    raster: Raster,
+) -> f64 {
     let mut bound = f64::INFINITY;
     for lane in 0..band.count {
         let y = band.y[lane];

@@ -30,7 +30,7 @@ pub struct Resolve {
     pub pan: (f64, f64),
     /// The part to compute: left, top, width, height, in pixels of the picture.
     pub window: Option<(u32, u32, u32, u32)>,
-    /// For `Sampled` at other scales than 1: `Whole` lines with equal weights as [N] eq. 7 has them, or
+    /// For `Sampled` at other scales than 1: `Whole` lines with equal weights as \[N] eq. 7 has them, or
     /// exact `Fractions`.
     pub vertical: Vertical,
 }

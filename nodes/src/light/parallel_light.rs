@@ -40,7 +40,8 @@ impl Node for ParallelLight {
     type Output = LightSource;
     const KIND: &'static str = "ParallelLight";
     const GROUP: &'static str = "light";
-    const ALIASES: &'static [&'static str] = &["DirectLight", "DirectionalLight", "Sun", "DistantLight"];
+    const ALIASES: &'static [&'static str] =
+        &["DirectLight", "DirectionalLight", "Sun", "DistantLight"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {
         match self.direction.try_normalize() {

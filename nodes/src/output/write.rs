@@ -64,7 +64,10 @@ impl Node for Write {
         if wanted.no_clobber {
             let path = upstream.directory().join(&self.path.0);
             if path.exists() {
-                return Err(Error::in_file(path, "exists already, and --no-clobber forbids to replace it"));
+                return Err(Error::in_file(
+                    path,
+                    "exists already, and --no-clobber forbids to replace it",
+                ));
             }
         }
         let (channels, changed) = (self.channels.clone(), wanted.clone());
@@ -76,7 +79,9 @@ impl Node for Write {
         let image = inputs.get(&self.image);
         let path = self.path.resolve(inputs);
         let bytes = match wanted.window {
-            Some(window) if window != image.window => file::write(&image.cropped(window), &path, self.bits)?,
+            Some(window) if window != image.window => {
+                file::write(&image.cropped(window), &path, self.bits)?
+            }
             _ => file::write(&image, &path, self.bits)?,
         };
         Ok(Delivery { path, bytes })

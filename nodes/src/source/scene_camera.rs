@@ -27,7 +27,9 @@ impl Node for SceneCamera {
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Camera> {
         let scene = inputs.get(&self.scene);
-        let names = || scene.cameras.keys().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+        let names = || {
+            scene.cameras.keys().map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ")
+        };
         let found = match &self.name {
             Some(name) => scene.cameras.get(name),
             None if scene.cameras.len() == 1 => scene.cameras.values().next(),

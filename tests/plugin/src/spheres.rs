@@ -1,4 +1,4 @@
-//! A renderer: spheres, solved analytically into spans. [N] composites images that come from different
+//! A renderer: spheres, solved analytically into spans. \[N] composites images that come from different
 //! programs; this is one.
 //!
 //! On every line a sphere covers one segment, whose ends are the roots of a quadratic. Its depth is not
@@ -8,6 +8,7 @@
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
 use spandrel_engine::camera::{Camera, Plane, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Columns, Fragments, Surfaces};
@@ -17,7 +18,6 @@ use spandrel_engine::key::Key;
 use spandrel_engine::math;
 use spandrel_engine::span::{FaceHead, Role, SpanImage, SpanWriter};
 use spandrel_engine::values::Lines;
-use spandrel_engine::Result;
 use std::sync::Arc;
 
 /// Pieces of a segment.
@@ -76,7 +76,8 @@ impl Node for Spheres {
                 for piece in 0..PIECES {
                     // Shorter towards the ends, where the ball turns away.
                     let at = |i: u32| {
-                        let turn = math::cos(f64::from(i) / f64::from(PIECES) * std::f64::consts::PI);
+                        let turn =
+                            math::cos(f64::from(i) / f64::from(PIECES) * std::f64::consts::PI);
                         left + (right - left) * (1.0 - turn) / 2.0
                     };
                     let (x0, x1) = (at(piece), at(piece + 1));

@@ -40,7 +40,8 @@ impl Node for Vignette {
         for name in ["R", "G", "B"] {
             let Some(mut values) = image.float(name).map(<[f32]>::to_vec) else { continue };
             for (i, value) in values.iter_mut().enumerate() {
-                let (x, y) = (i as u32 % window.width + window.x, i as u32 / window.width + window.y);
+                let (x, y) =
+                    (i as u32 % window.width + window.x, i as u32 / window.width + window.y);
                 let across = |at: u32, size: u32| (at as f32 + 0.5) / size as f32 * 2.0 - 1.0;
                 let (u, v) = (across(x, width), across(y, height));
                 *value *= 1.0 - self.strength * (u * u + v * v) / 2.0;

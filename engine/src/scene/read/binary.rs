@@ -1,4 +1,4 @@
-//! The own scene format as binary, for large scenes: read and written fast ([D], "System overview").
+//! The own scene format as binary, for large scenes: read and written fast (\[D], "System overview").
 //!
 //! | bytes | contents |
 //! |---|---|
@@ -28,14 +28,22 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
     };
     let version = u32::from_le_bytes(header[12..16].try_into().expect("four bytes are four bytes"));
     if version != VERSION {
-        return Err(Error::at_byte(path, 12, format!("scene version {version}: this program reads {VERSION}")));
+        return Err(Error::at_byte(
+            path,
+            12,
+            format!("scene version {version}: this program reads {VERSION}"),
+        ));
     }
-    let length = u64::from_le_bytes(header[16..24].try_into().expect("eight bytes are eight bytes"));
+    let length =
+        u64::from_le_bytes(header[16..24].try_into().expect("eight bytes are eight bytes"));
     if length != body.len() as u64 {
         return Err(Error::at_byte(
             path,
             16,
-            format!("the body is {} bytes long, not {length}: the file is truncated or damaged", body.len()),
+            format!(
+                "the body is {} bytes long, not {length}: the file is truncated or damaged",
+                body.len()
+            ),
         ));
     }
     if blake3::hash(body).as_bytes() != &header[24..56] {

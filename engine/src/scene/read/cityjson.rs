@@ -100,7 +100,10 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
         return Err(reader.fault(format!("a JSON file of type \"{kind}\": expected \"CityJSON\"")));
     }
     if !["1.0", "1.1", "2.0"].contains(&city.version.as_str()) {
-        reader.note(format!("CityJSON version \"{}\" is read as far as it is like 2.0", city.version));
+        reader.note(format!(
+            "CityJSON version \"{}\" is read as far as it is like 2.0",
+            city.version
+        ));
     }
     let mut objects = BTreeMap::new();
     for (name, value) in &city.objects {
@@ -108,7 +111,8 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
             .map_err(|e| reader.fault(format!("object \"{name}\": {e}")))?;
         objects.insert(name.as_str(), object);
     }
-    let points: Vec<DVec3> = city.vertices.iter().map(|v| place(*v, city.transform.as_ref())).collect();
+    let points: Vec<DVec3> =
+        city.vertices.iter().map(|v| place(*v, city.transform.as_ref())).collect();
     if points.iter().any(|p| !p.is_finite()) {
         return Err(reader.fault("a vertex is not finite"));
     }
@@ -168,9 +172,9 @@ impl<'a> Builder<'a> {
             object.user.insert(key.clone(), text);
         }
         if let Some(geometry) = best(&city_object.geometry) {
-            let mesh = self.mesh(geometry).map_err(|e| {
-                self.reader.fault(format!("object \"{name}\": {e}"))
-            })?;
+            let mesh = self
+                .mesh(geometry)
+                .map_err(|e| self.reader.fault(format!("object \"{name}\": {e}")))?;
             object.shape = Shape::Faces(mesh);
         }
         for child in &city_object.children {
@@ -244,7 +248,8 @@ impl<'a> Builder<'a> {
             let material = theme
                 .and_then(|theme| self.material(theme, &path))
                 .or_else(|| self.kind(&geometry.semantics, &path));
-            let sides = Sides { front: material.map(|name| mesh.material(&name)), ..Sides::default() };
+            let sides =
+                Sides { front: material.map(|name| mesh.material(&name)), ..Sides::default() };
             let face = Face { outline, holes: outlines.collect(), sides, ..Face::default() };
             mesh.add_face(face).map_err(|e| Error::invalid(format!("surface {number}: {e}")))?;
         }
@@ -305,7 +310,8 @@ fn gather<'v>(
     for (i, item) in list.iter().enumerate() {
         path.push(i);
         if depth == 0 {
-            let rings = item.as_array().ok_or_else(|| Error::invalid("a surface that is not a list"))?;
+            let rings =
+                item.as_array().ok_or_else(|| Error::invalid("a surface that is not a list"))?;
             out.push((path.clone(), rings));
         } else {
             gather(item, depth - 1, path, out)?;

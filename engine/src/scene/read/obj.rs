@@ -202,13 +202,14 @@ fn face(
         let mut fields = word.split('/');
         let mut field = |what: &str, count: usize, needed: bool| -> Result<Option<u32>> {
             let Some(text) = fields.next().filter(|text| !text.is_empty()) else { return Ok(None) };
-            let index: i64 = text
-                .parse()
-                .map_err(|_| words.fault(word, format!("\"{word}\" is not a corner such as 1/2/3")))?;
+            let index: i64 = text.parse().map_err(|_| {
+                words.fault(word, format!("\"{word}\" is not a corner such as 1/2/3"))
+            })?;
             let place = if index < 0 { count as i64 + index } else { index - 1 };
             if index == 0 || !(0..count as i64).contains(&place) {
                 if !needed {
-                    remark = Some(format!("faces use a {what} that does not exist: it is left out"));
+                    remark =
+                        Some(format!("faces use a {what} that does not exist: it is left out"));
                     return Ok(None);
                 }
                 return Err(words.fault(

@@ -117,8 +117,8 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     if !given(&["x"]) || faces.is_empty() {
         return Err(reader.fault("no vertices with x, y, z, or no faces with vertex_indices"));
     }
-    let mut mesh = Mesh::default();
-    mesh.points = vertices.iter().map(|v| DVec3::from(v.point)).collect();
+    let points = vertices.iter().map(|v| DVec3::from(v.point)).collect();
+    let mut mesh = Mesh { points, ..Mesh::default() };
     if given(&["nx"]) {
         mesh.normals = vertices.iter().map(|v| Vec3::from(v.normal).normalize_or_zero()).collect();
     }
@@ -137,7 +137,10 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
         added.map_err(|e| reader.fault(format!("face {at}: {e}")))?;
     }
     mesh.validate().map_err(|e| reader.fault(e.to_string()))?;
-    let root = Object { children: vec![Object::new(reader.stem(), Shape::Faces(mesh))], ..Object::default() };
+    let root = Object {
+        children: vec![Object::new(reader.stem(), Shape::Faces(mesh))],
+        ..Object::default()
+    };
     Ok(Document::with_plan(Plan { name: reader.stem(), root, ..Plan::default() }))
 }
 

@@ -24,7 +24,8 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
             return Error::in_file(&reader.path, format!("not an STL file: {e}"));
         }
         let rest = bytes.len().saturating_sub(84) / 50;
-        let message = format!("{e}: {} triangles are announced, {rest} are there", count.unwrap_or(0));
+        let message =
+            format!("{e}: {} triangles are announced, {rest} are there", count.unwrap_or(0));
         Error::at_byte(&reader.path, cursor.position(), message)
     })?;
     let points = stl.vertices.iter().map(|v| DVec3::from([v[0], v[1], v[2]].map(f64::from)));
@@ -37,6 +38,9 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     if mesh.face_count() == 0 {
         return Err(reader.fault("no triangles"));
     }
-    let root = Object { children: vec![Object::new(reader.stem(), Shape::Faces(mesh))], ..Object::default() };
+    let root = Object {
+        children: vec![Object::new(reader.stem(), Shape::Faces(mesh))],
+        ..Object::default()
+    };
     Ok(Document::with_plan(Plan { name: reader.stem(), root, ..Plan::default() }))
 }

@@ -1,4 +1,4 @@
-//! The own scene format as text: RON, the "character file format" of [D].
+//! The own scene format as text: RON, the "character file format" of \[D].
 //!
 //! ```ron
 //! Scene(
@@ -22,16 +22,7 @@ use std::path::Path;
 
 use super::super::document::{Document, VERSION};
 use crate::error::{Error, Result};
-
-/// The extensions of RON that all of the project's files may use: `Some(x)` may be written `x`.
-pub fn options() -> ron::Options {
-    use ron::extensions::Extensions;
-    ron::Options::default().with_default_extension(
-        Extensions::IMPLICIT_SOME
-            | Extensions::UNWRAP_NEWTYPES
-            | Extensions::UNWRAP_VARIANT_NEWTYPES,
-    )
-}
+use crate::text::options;
 
 /// Parses a scene text.
 ///
@@ -46,7 +37,10 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
         Error::at_line(path, at.line, at.col, e.code.to_string())
     })?;
     if document.version != VERSION {
-        return Err(Error::in_file(path, format!("scene version {}: this program reads {VERSION}", document.version)));
+        return Err(Error::in_file(
+            path,
+            format!("scene version {}: this program reads {VERSION}", document.version),
+        ));
     }
     Ok(document)
 }

@@ -8,8 +8,10 @@ use crate::scene::mesh::Mesh;
 
 /// A patch as triangles with the surface's own normals, and s and t as texture coordinates.
 pub(super) fn bicubic(points: &[[DVec3; 4]; 4], divisions: [u32; 2]) -> Result<Mesh> {
-    let [columns, rows] =
-        [within("divisions.0", divisions[0], 1..=1024)?, within("divisions.1", divisions[1], 1..=1024)?];
+    let [columns, rows] = [
+        within("divisions.0", divisions[0], 1..=1024)?,
+        within("divisions.1", divisions[1], 1..=1024)?,
+    ];
     let mut mesh = Mesh::default();
     for j in 0..=rows {
         for i in 0..=columns {

@@ -64,7 +64,12 @@ pub(super) fn turn(strips: &[Strip], segments: u32, angle: f64) -> Result<Mesh> 
 }
 
 /// A profile turned about the y axis.
-pub(super) fn revolve(profile: &[[f64; 2]], segments: u32, angle: f64, smooth: bool) -> Result<Mesh> {
+pub(super) fn revolve(
+    profile: &[[f64; 2]],
+    segments: u32,
+    angle: f64,
+    smooth: bool,
+) -> Result<Mesh> {
     if !(angle > 0.0 && angle <= 360.0) {
         return Err(Error::invalid(format!("`angle` is {angle}: must be above 0 and at most 360")));
     }
@@ -98,10 +103,18 @@ pub(super) fn revolve(profile: &[[f64; 2]], segments: u32, angle: f64, smooth: b
 }
 
 /// A profile drawn along a path, mitred at its corners.
-pub(super) fn sweep(profile: &[[f64; 2]], path: &[DVec3], closed: bool, ring: bool) -> Result<Mesh> {
+pub(super) fn sweep(
+    profile: &[[f64; 2]],
+    path: &[DVec3],
+    closed: bool,
+    ring: bool,
+) -> Result<Mesh> {
     let needs = if closed { 3 } else { 2 };
     if profile.len() < needs {
-        return Err(Error::invalid(format!("a `profile` of {} points: it needs {needs}", profile.len())));
+        return Err(Error::invalid(format!(
+            "a `profile` of {} points: it needs {needs}",
+            profile.len()
+        )));
     }
     let needs = if ring { 3 } else { 2 };
     let mut path = path.to_vec();
@@ -116,7 +129,7 @@ pub(super) fn sweep(profile: &[[f64; 2]], path: &[DVec3], closed: bool, ring: bo
             .ok_or_else(|| Error::invalid("two neighbouring points of the `path` are one"))
     };
     let mut mesh = Mesh::default();
-    for i in 0..n {
+    for (i, point) in path.iter().enumerate() {
         let ahead = if ring || i + 1 < n { direction(i)? } else { direction(i - 1)? };
         let behind = if ring || i > 0 { direction((i + n - 1) % n)? } else { ahead };
         // The section lies in the plane that halves the corner; stretched there, walls stay flush.
@@ -127,7 +140,7 @@ pub(super) fn sweep(profile: &[[f64; 2]], path: &[DVec3], closed: bool, ring: bo
         let bends_sideways = (ahead - behind).dot(right).abs() >= (ahead - behind).dot(up).abs();
         let (wide, tall) = if bends_sideways { (miter, 1.0) } else { (1.0, miter) };
         for [u, v] in profile {
-            mesh.add_point(path[i] + right * (u * wide) + up * (v * tall));
+            mesh.add_point(point + right * (u * wide) + up * (v * tall));
         }
     }
     let m = profile.len();

@@ -11,7 +11,8 @@ use crate::scene::mesh::Mesh;
 
 /// A box on the ground, centred on the y axis.
 pub(super) fn cuboid(size: [f64; 3]) -> Result<Mesh> {
-    let [x, y, z] = [positive("size.0", size[0])?, positive("size.1", size[1])?, positive("size.2", size[2])?];
+    let [x, y, z] =
+        [positive("size.0", size[0])?, positive("size.1", size[1])?, positive("size.2", size[2])?];
     let (x, z) = (x / 2.0, z / 2.0);
     prism(&[[-x, -z], [x, -z], [x, z], [-x, z]], &[], y)
 }
@@ -24,7 +25,10 @@ pub(super) fn prism(outline: &[[f64; 2]], holes: &[Vec<[f64; 2]>], height: f64) 
     let rings = std::iter::once(outline).chain(holes.iter().map(Vec::as_slice));
     for (at, ring) in rings.enumerate() {
         if ring.len() < 3 {
-            return Err(Error::invalid(format!("an outline with {} corners: it needs 3", ring.len())));
+            return Err(Error::invalid(format!(
+                "an outline with {} corners: it needs 3",
+                ring.len()
+            )));
         }
         // Seen from above, with x to the right and z towards the reader, outlines run counter-clockwise
         // and shafts clockwise, so that all walls face the open.
@@ -60,7 +64,13 @@ fn signed_area(ring: &[[f64; 2]]) -> f64 {
 }
 
 /// A cylinder, cone or frustum on the ground.
-pub(super) fn frustum(radius: f64, top: f64, height: f64, segments: u32, smooth: bool) -> Result<Mesh> {
+pub(super) fn frustum(
+    radius: f64,
+    top: f64,
+    height: f64,
+    segments: u32,
+    smooth: bool,
+) -> Result<Mesh> {
     positive("height", height)?;
     within("segments", segments, 3..=MAX_SEGMENTS)?;
     if !(radius >= 0.0 && top >= 0.0 && radius + top > 0.0 && (radius + top).is_finite()) {
@@ -137,7 +147,9 @@ pub(super) fn torus(radius: f64, tube: f64, segments: u32) -> Result<Mesh> {
     positive("radius", radius)?;
     positive("tube", tube)?;
     if tube > radius {
-        return Err(Error::invalid(format!("`tube` is {tube}: must not exceed `radius`, {radius}")));
+        return Err(Error::invalid(format!(
+            "`tube` is {tube}: must not exceed `radius`, {radius}"
+        )));
     }
     within("segments", segments, 3..=MAX_SEGMENTS)?;
     let rings = (segments / 2).max(3);

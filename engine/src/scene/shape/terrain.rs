@@ -45,7 +45,12 @@ pub(super) fn height_field(heights: &[Vec<f64>], size: [f64; 2], smooth: bool) -
 }
 
 /// Fractal heights by displaced midpoints (diamond and square), 2^levels + 1 to a side.
-pub(super) fn displaced(height: f64, roughness: f64, levels: u32, seed: u64) -> Result<Vec<Vec<f64>>> {
+pub(super) fn displaced(
+    height: f64,
+    roughness: f64,
+    levels: u32,
+    seed: u64,
+) -> Result<Vec<Vec<f64>>> {
     within("levels", levels, 1..=11)?;
     if !(roughness > 0.0 && roughness < 1.0 && height.is_finite()) {
         return Err(Error::invalid(format!(
@@ -79,7 +84,7 @@ pub(super) fn displaced(height: f64, roughness: f64, levels: u32, seed: u64) -> 
             }
         }
         for z in (0..=n).step_by(half) {
-            let odd = (z / half) % 2 == 0;
+            let odd = (z / half).is_multiple_of(2);
             for x in (if odd { half } else { 0 }..=n).step_by(step) {
                 let sides = [(-h, 0), (h, 0), (0, -h), (0, h)];
                 heights[z][x] = mean(&heights, &sides, x, z) + random(x, z) * amplitude;
@@ -92,7 +97,8 @@ pub(super) fn displaced(height: f64, roughness: f64, levels: u32, seed: u64) -> 
 
 /// A number in [0, 1) that depends on nothing but its arguments (splitmix64).
 fn scatter(seed: u64, x: u64, z: u64) -> f64 {
-    let mut v = seed ^ x.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ z.wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
+    let mut v =
+        seed ^ x.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ z.wrapping_mul(0xc2b2_ae3d_27d4_eb4f);
     v = (v ^ (v >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     v = (v ^ (v >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     ((v ^ (v >> 31)) >> 11) as f64 / (1u64 << 53) as f64

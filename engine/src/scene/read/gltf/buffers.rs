@@ -43,7 +43,9 @@ impl Buffers {
     /// Reads a buffer: of the file's own chunk, a data URI, or another file.
     fn load(&mut self, reader: &mut Reader, index: usize) -> Result<()> {
         let known = self.data.get(index).is_none_or(Option::is_some);
-        let Some((place, length)) = self.places.get(index).filter(|_| !known) else { return Ok(()) };
+        let Some((place, length)) = self.places.get(index).filter(|_| !known) else {
+            return Ok(());
+        };
         let data = match place {
             Place::Chunk => self.blob.clone().ok_or_else(|| {
                 Error::invalid(format!("buffer {index} has no data: the file has no chunk for it"))
@@ -59,7 +61,8 @@ impl Buffers {
             },
         };
         if data.len() < *length {
-            let message = format!("buffer {index} has {} bytes, {length} are announced", data.len());
+            let message =
+                format!("buffer {index} has {} bytes, {length} are announced", data.len());
             return Err(Error::invalid(message));
         }
         self.data[index] = Some(data);
@@ -78,7 +81,9 @@ impl Buffers {
         let fault = |what: &str| Error::invalid(format!("accessor {index} {what}"));
         if !dimensions.contains(&accessor.dimensions()) || !types.contains(&accessor.data_type()) {
             let (dimensions, kind) = (accessor.dimensions(), accessor.data_type());
-            return Err(fault(&format!("is {dimensions:?} of {kind:?}, which does not fit its use")));
+            return Err(fault(&format!(
+                "is {dimensions:?} of {kind:?}, which does not fit its use"
+            )));
         }
         let count = accessor.count();
         let size = accessor.size();
@@ -101,7 +106,8 @@ impl Buffers {
                 self.load(reader, sparse.values().view().buffer().index())?;
                 let width = indices.index_type().size();
                 let view = indices.view();
-                self.check_view(&view, indices.offset(), sparse.count(), width).map_err(|e| fault(&e))?;
+                self.check_view(&view, indices.offset(), sparse.count(), width)
+                    .map_err(|e| fault(&e))?;
                 let values = sparse.values();
                 self.check_view(&values.view(), values.offset(), sparse.count(), size)
                     .map_err(|e| fault(&e))
@@ -119,7 +125,9 @@ impl Buffers {
         let name = format!("uses buffer view {}", view.index());
         let stride = view.stride().unwrap_or(size);
         if stride < size {
-            return Err(format!("{name}, whose stride {stride} is less than the {size} bytes of an element"));
+            return Err(format!(
+                "{name}, whose stride {stride} is less than the {size} bytes of an element"
+            ));
         }
         let end = stride
             .checked_mul(count - 1)
@@ -129,7 +137,8 @@ impl Buffers {
             return Err(format!("{name} of {} bytes, which is too short", view.length()));
         }
         let end = view.offset().checked_add(view.length());
-        let buffer = self.data.get(view.buffer().index()).and_then(Option::as_ref).map_or(0, Vec::len);
+        let buffer =
+            self.data.get(view.buffer().index()).and_then(Option::as_ref).map_or(0, Vec::len);
         if end.is_none_or(|end| end > buffer) {
             return Err(format!("{name}, which reaches beyond its buffer of {buffer} bytes"));
         }

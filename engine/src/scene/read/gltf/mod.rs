@@ -5,9 +5,9 @@
 mod buffers;
 mod parse;
 
+use ::gltf::accessor::{DataType, Dimensions};
 use buffers::Buffers;
 use glam::{DAffine3, DMat4, DQuat, DVec3, Vec2, Vec3};
-use ::gltf::accessor::{DataType, Dimensions};
 use std::collections::HashSet;
 
 use super::super::document::{Document, Object, Plan, Transform};
@@ -159,10 +159,19 @@ impl Builder<'_> {
                     let has_data = accessor.view().is_some() || accessor.sparse().is_some();
                     positions = Some((accessor.count(), has_data));
                 }
-                Semantic::Normals => self.buffers.check(self.reader, &accessor, &[Dimensions::Vec3], &float)?,
-                Semantic::TexCoords(0) => self.buffers.check(self.reader, &accessor, &[Dimensions::Vec2], &share)?,
+                Semantic::Normals => {
+                    self.buffers.check(self.reader, &accessor, &[Dimensions::Vec3], &float)?
+                }
+                Semantic::TexCoords(0) => {
+                    self.buffers.check(self.reader, &accessor, &[Dimensions::Vec2], &share)?
+                }
                 Semantic::Colors(0) => {
-                    self.buffers.check(self.reader, &accessor, &[Dimensions::Vec3, Dimensions::Vec4], &share)?;
+                    self.buffers.check(
+                        self.reader,
+                        &accessor,
+                        &[Dimensions::Vec3, Dimensions::Vec4],
+                        &share,
+                    )?;
                 }
                 _ => {}
             }
@@ -244,9 +253,9 @@ impl Walk<'_> {
             return Err(Error::invalid("nodes are nested more than 256 deep"));
         }
         let local = match node.transform() {
-            ::gltf::scene::Transform::Matrix { matrix } => {
-                DAffine3::from_mat4(DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from))))
-            }
+            ::gltf::scene::Transform::Matrix { matrix } => DAffine3::from_mat4(
+                DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from))),
+            ),
             ::gltf::scene::Transform::Decomposed { translation, rotation, scale } => {
                 let turn = DQuat::from_array(rotation.map(f64::from));
                 DAffine3::from_scale_rotation_translation(
@@ -267,7 +276,8 @@ impl Walk<'_> {
             Some(mesh) => Shape::Instance(self.mesh_names[mesh.index()].clone()),
             None => Shape::Group,
         };
-        let mut object = Object { transform: Transform::from_matrix(local), ..Object::new(name, shape) };
+        let mut object =
+            Object { transform: Transform::from_matrix(local), ..Object::new(name, shape) };
         let mut names = Names::default();
         for child in node.children() {
             object.children.push(self.node(&child, &world, &mut names)?);

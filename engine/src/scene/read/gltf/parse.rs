@@ -1,9 +1,9 @@
 //! The document: its container, its JSON, and checks that the `gltf` library does not make.
 
 use ::gltf::binary::Glb;
+use ::gltf::json::Root;
 use ::gltf::json::accessor::{Accessor, ComponentType};
 use ::gltf::json::validation::{Checked, Error as Invalid, Validate};
-use ::gltf::json::Root;
 use serde_json::Value;
 
 use super::super::Reader;
@@ -33,8 +33,8 @@ pub(super) fn parse(reader: &Reader, bytes: &[u8]) -> Result<(::gltf::Document, 
         // primitives without positions; skins and samplers are not used.
         let may_miss = [".bufferView", ".source", "attributes[\"POSITION\"]"];
         let is_unused = path.ends_with(".skin") || path.ends_with(".sampler");
-        let allowed =
-            is_unused || fault == Invalid::Missing && may_miss.iter().any(|end| path.ends_with(end));
+        let allowed = is_unused
+            || fault == Invalid::Missing && may_miss.iter().any(|end| path.ends_with(end));
         if !allowed {
             faults.push(format!("{path}: {fault}"));
         }
@@ -53,7 +53,8 @@ fn container(reader: &Reader, bytes: &[u8]) -> Result<(Vec<u8>, Option<Vec<u8>>)
     if !bytes.starts_with(b"glTF") {
         return Ok((bytes.to_vec(), None));
     }
-    let word = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let word =
+        |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
     let length = word(8).unwrap_or(0) as usize;
     if length < 12 || length > bytes.len() {
         let message = format!("the GLB announces {length} bytes, the file has {}", bytes.len());
@@ -92,7 +93,9 @@ fn further_checks(root: &Root, faults: &mut Vec<String>) {
             && !(stride.0 % 4 == 0 && (4..=252).contains(&stride.0))
         {
             let stride = stride.0;
-            faults.push(format!("bufferViews[{i}].byteStride: {stride} is no multiple of 4 from 4 to 252"));
+            faults.push(format!(
+                "bufferViews[{i}].byteStride: {stride} is no multiple of 4 from 4 to 252"
+            ));
         }
     }
     for (i, camera) in root.cameras.iter().enumerate() {
@@ -108,7 +111,8 @@ fn further_checks(root: &Root, faults: &mut Vec<String>) {
         }
     }
     for (i, node) in root.nodes.iter().enumerate() {
-        let has_parts = node.translation.is_some() || node.rotation.is_some() || node.scale.is_some();
+        let has_parts =
+            node.translation.is_some() || node.rotation.is_some() || node.scale.is_some();
         if node.matrix.is_some() && has_parts {
             faults.push(format!("nodes[{i}]: has both a matrix and its parts"));
         }
@@ -118,7 +122,8 @@ fn further_checks(root: &Root, faults: &mut Vec<String>) {
 fn check_accessors(root: &Root, faults: &mut Vec<String>) {
     for (i, accessor) in root.accessors.iter().enumerate() {
         let mut fault = |what: &str| faults.push(format!("accessors[{i}]: {what}"));
-        let (Checked::Valid(kind), Checked::Valid(shape)) = (&accessor.component_type, &accessor.type_)
+        let (Checked::Valid(kind), Checked::Valid(shape)) =
+            (&accessor.component_type, &accessor.type_)
         else {
             continue;
         };
