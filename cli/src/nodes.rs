@@ -56,7 +56,7 @@ fn list(kinds: &[&Kind]) -> String {
 
 fn description(kind: &Kind) -> String {
     let mut out = String::new();
-    let _ = writeln!(out, "{} ({}), makes a {}\n", kind.name, kind.group, kind.output);
+    let _ = writeln!(out, "{} ({}) -> {}\n", kind.name, kind.group, kind.output);
     let _ = writeln!(out, "{}\n", wrapped(&kind.doc, ""));
     if !kind.aliases.is_empty() {
         let _ = writeln!(out, "Elsewhere: {}\n", kind.aliases.join(", "));

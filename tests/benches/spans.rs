@@ -1,0 +1,86 @@
+//! Times of the three steps that the project stands on, over generated towns at 1920x1080:
+//! `cargo bench -p spandrel-tests --bench spans`. The README has the table.
+
+#![allow(missing_docs, reason = "criterion's macros write the functions")]
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use spandrel_engine::raster::{LinePlan, Phase};
+use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::visible::{self, Cluster};
+use spandrel_tests::town;
+use std::collections::BTreeSet;
+use std::hint::black_box;
+
+const LINES: [u32; 3] = [1, 4, 8];
+
+fn plan(n: u32) -> LinePlan {
+    LinePlan::new(n, Phase::Centre).expect("n is in range")
+}
+
+fn clusters(triangles: usize, count: usize) -> Vec<Cluster> {
+    town::clusters(triangles, count).into_iter().map(Cluster::from).collect()
+}
+
+/// From a scene to its spans: set-up (faces on the screen) and visible surfaces.
+fn scanline(criterion: &mut Criterion) {
+    let view = town::view(1920, 1080);
+    let mut group = criterion.benchmark_group("scanline");
+    group.sample_size(10);
+    for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
+        let town = clusters(triangles, 1);
+        for n in LINES {
+            group.bench_function(BenchmarkId::new(name, n), |bencher| {
+                bencher.iter(|| visible::render(black_box(&town), &view, plan(n), 0..1080));
+            });
+        }
+    }
+    group.finish();
+}
+
+/// Four images of one town's clusters, merged by depth.
+fn merge(criterion: &mut Criterion) {
+    let view = town::view(1920, 1080);
+    let mut group = criterion.benchmark_group("merge four clusters");
+    group.sample_size(10);
+    for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
+        let town = clusters(triangles, 4);
+        for n in LINES {
+            let render = |cluster: &Cluster| {
+                visible::render(std::slice::from_ref(cluster), &view, plan(n), 0..1080)
+                    .expect("generated towns render")
+            };
+            let images: Vec<SpanImage> = town.iter().map(render).collect();
+            group.bench_function(BenchmarkId::new(name, n), |bencher| {
+                bencher.iter(|| SpanImage::merge(black_box(&images)));
+            });
+        }
+    }
+    group.finish();
+}
+
+/// From spans to a picture of the same size, colour only.
+fn resolving(criterion: &mut Criterion) {
+    let view = town::view(1920, 1080);
+    let framing = Framing::whole(view.raster());
+    let channels = BTreeSet::from([Channel::Color]);
+    let mut group = criterion.benchmark_group("resolve");
+    group.sample_size(10);
+    for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
+        let town = clusters(triangles, 1);
+        for n in LINES {
+            let image = visible::render(&town, &view, plan(n), 0..1080).expect("towns render");
+            for (label, rule) in
+                [("box", Rule::Sampled(n, Weighting::Box)), ("sloped", Rule::Sloped(n))]
+            {
+                group.bench_function(BenchmarkId::new(format!("{label} {name}"), n), |bencher| {
+                    bencher.iter(|| resolve(black_box(&image), rule, &framing, &channels));
+                });
+            }
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, scanline, merge, resolving);
+criterion_main!(benches);
