@@ -4,6 +4,7 @@
 use spandrel_engine::resolve::{Rule, Weighting};
 use spandrel_tests::known::{self, Known};
 
+type Make = fn(u32) -> Rule;
 type Shape = Box<dyn Fn((f64, f64)) -> Known>;
 
 fn main() {
@@ -15,7 +16,7 @@ fn main() {
     shapes.push(Box::new(known::seal));
     shapes.push(Box::new(known::crossing_planes));
     shapes.push(Box::new(known::three_bars));
-    let rules: [(&str, fn(u32) -> Rule); 3] = [
+    let rules: [(&str, Make); 3] = [
         ("trapezoid", |n| Rule::Sampled(n, Weighting::Trapezoid)),
         ("box", |n| Rule::Sampled(n, Weighting::Box)),
         ("sloped", Rule::Sloped),
