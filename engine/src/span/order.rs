@@ -33,6 +33,9 @@ pub struct OnLine {
 }
 
 impl OnLine {
+    /// No face.
+    pub const BACKGROUND: OnLine = OnLine { a: 0.0, c: 0.0, rank: 0, face: FaceId::NONE };
+
     /// The face `face` with depth `plane` on the line at `y` pixels.
     #[inline(always)]
     pub fn new(plane: &Plane, rank: u32, face: FaceId, y: f64, raster: Raster) -> OnLine {
@@ -45,6 +48,15 @@ impl OnLine {
     #[inline(always)]
     pub fn face(&self) -> FaceId {
         self.face
+    }
+
+    /// A bound, from below, of its depth rho over the centres of some cells.
+    #[inline(always)]
+    pub fn least_depth(&self, cells: Range<u32>, raster: Raster) -> f64 {
+        let cell = if self.a > 0.0 { cells.start } else { cells.end - 1 };
+        let p = self.a * (2.0 * f64::from(cell) + 1.0);
+        let depth = p + self.c - (p.abs() + self.c.abs()) * 1e-14;
+        depth / (2.0 * raster.cells_per_pixel())
     }
 
     /// How this face and `other` compare in a cell: `Greater` if this one is seen. `Equal` only for a

@@ -2,8 +2,10 @@
 //!
 //! A band of lines is divided along x into *tiles* of a few pixels. A tile holds, for each line, the
 //! winners found so far, and a lower bound of their depth. Faces come roughly from front to back; one
+//! that is nowhere nearer than the bounds of the tiles that it may cover is thrown away unseen; one
 //! whose depth over a tile stays below the tile's bound is thrown away before it is looked at line by
-//! line. What remains is compared, exactly, with the few segments of the tile.
+//! line. What remains is compared, exactly, with the few segments of the tile, which carry what the
+//! comparison needs.
 //!
 //! Compared with halving and merging whole lines this was measured as three to four times faster on
 //! large scenes, and as faster than sweeping with a list of active edges; all give the same bits,
@@ -13,10 +15,10 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 use super::band::{self, Band, LANES, Limits, Reach};
-use super::bins::Bins;
+use super::bins::{self, Bins, Entry};
 use crate::camera::Plane;
 use crate::raster::Raster;
-use crate::span::line::{self, Span};
+use crate::span::line;
 use crate::span::{Face, FaceId, FaceTable, Lines, OnLine, SpanImage};
 
 /// Width of a tile in pixels.
@@ -42,12 +44,25 @@ pub(super) fn solve(frame: &SpanImage) -> Lines {
     Lines::join(lines.start, parts)
 }
 
+/// A segment of a tile's line: its first cell, and the face seen with its depth on this line. It ends
+/// where the next begins.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    x: u32,
+    on_line: OnLine,
+}
+
+impl Seen {
+    fn is_background(&self) -> bool {
+        !self.on_line.face().is_some()
+    }
+}
+
 /// The winners found so far over a few pixels.
+#[derive(Default)]
 struct Tile {
     /// Per line: segments from the tile's first cell.
-    lines: [Vec<Span>; LANES],
-    /// No winner is farther than this; minus infinity where there is background.
-    bound: f64,
+    lines: [Vec<Seen>; LANES],
     /// Changes since the bound was computed.
     changes: u32,
 }
@@ -59,7 +74,10 @@ struct Solver<'a> {
     limits: Limits,
     cells_per_tile: u32,
     tiles: Vec<Tile>,
-    scratch: Vec<Span>,
+    /// By tile: no winner is farther than this; minus infinity where there is background.
+    bounds: Vec<f64>,
+    entries: Vec<Entry>,
+    scratch: Vec<Seen>,
 }
 
 /// A face about to be inserted.
@@ -72,41 +90,49 @@ struct Candidate<'a> {
 impl<'a> Solver<'a> {
     fn new(frame: &'a SpanImage) -> Solver<'a> {
         let raster = frame.view().raster();
-        let cells_per_tile = TILE.min(raster.width) << raster.fraction_bits();
-        let count = raster.width.div_ceil(TILE);
-        let tile = || Tile { lines: Default::default(), bound: f64::NEG_INFINITY, changes: 0 };
+        let count = raster.width.div_ceil(TILE) as usize;
         Solver {
             frame,
             raster,
             limits: Limits::new(frame.view()),
-            cells_per_tile,
-            tiles: (0..count).map(|_| tile()).collect(),
+            cells_per_tile: TILE.min(raster.width) << raster.fraction_bits(),
+            tiles: std::iter::repeat_with(Tile::default).take(count).collect(),
+            bounds: vec![f64::NEG_INFINITY; count],
+            entries: Vec::new(),
             scratch: Vec::new(),
         }
     }
 
-    fn solve(&mut self, band: &Band, faces: &[FaceId]) -> Lines {
+    fn solve(&mut self, band: &Band, faces: &[Entry]) -> Lines {
         self.clear();
-        for id in faces {
-            let (source, face) = self.frame.face(*id);
-            let candidate = Candidate { face, table: &source.faces, id: *id };
+        let mut entries = std::mem::take(&mut self.entries);
+        bins::sort_front_to_back(faces, &mut entries);
+        for entry in &entries {
+            let (first, last) = entry.columns;
+            let tiles = usize::from(first) / TILE as usize..=usize::from(last) / TILE as usize;
+            if self.bounds[tiles].iter().all(|bound| f64::from(entry.nearest) < *bound) {
+                continue;
+            }
+            let (source, face) = self.frame.face(entry.face);
+            let candidate = Candidate { face, table: &source.faces, id: entry.face };
             if face.is_monotone {
                 self.insert_monotone(band, &candidate);
             } else {
                 self.insert_any(band, &candidate);
             }
         }
+        self.entries = entries;
         self.collect(band)
     }
 
     fn clear(&mut self) {
+        self.bounds.fill(f64::NEG_INFINITY);
         for (i, tile) in self.tiles.iter_mut().enumerate() {
             let x = i as u32 * self.cells_per_tile;
             for line in &mut tile.lines {
                 line.clear();
-                line.push(Span { x, face: FaceId::NONE });
+                line.push(Seen { x, on_line: OnLine::BACKGROUND });
             }
-            tile.bound = f64::NEG_INFINITY;
             tile.changes = 0;
         }
     }
@@ -175,28 +201,20 @@ impl<'a> Solver<'a> {
             let cells = self.cells(number);
             let within = start.max(cells.start)..end.min(cells.end);
             let nearest = nearest(&candidate.face.plane, band, &within, self.raster);
-            let tile = &mut self.tiles[number as usize];
-            if nearest < tile.bound {
+            if nearest < self.bounds[number as usize] {
                 continue;
             }
+            let tile = &mut self.tiles[number as usize];
             for (lane, new) in on_line.iter().enumerate().take(band.count) {
                 let segment = reach.start[lane].max(cells.start)..reach.end[lane].min(cells.end);
                 if !segment.is_empty() {
-                    let y = band.y[lane];
-                    let changed = insert_line(
-                        self.frame,
-                        &mut tile.lines[lane],
-                        &mut self.scratch,
-                        &cells,
-                        segment,
-                        new,
-                        y,
-                    );
+                    let line = &mut tile.lines[lane];
+                    let changed = insert_line(line, &mut self.scratch, &cells, segment, new);
                     tile.changes += u32::from(changed);
                 }
             }
             if tile.changes >= STALE {
-                tile.bound = farthest(self.frame, band, tile, &cells, self.raster);
+                self.bounds[number as usize] = farthest(band, tile, &cells, self.raster);
                 tile.changes = 0;
             }
         }
@@ -213,8 +231,8 @@ impl<'a> Solver<'a> {
         for lane in 0..band.count {
             let start = spans.len();
             for tile in &self.tiles {
-                for span in &tile.lines[lane] {
-                    line::push(&mut spans, start, span.x, span.face);
+                for seen in &tile.lines[lane] {
+                    line::push(&mut spans, start, seen.x, seen.on_line.face());
                 }
             }
             starts.push(spans.len());
@@ -226,50 +244,69 @@ impl<'a> Solver<'a> {
 /// Inserts a segment into a tile's line; returns whether anything changed.
 #[inline(always)]
 fn insert_line(
-    frame: &SpanImage,
-    line: &mut Vec<Span>,
-    scratch: &mut Vec<Span>,
+    line: &mut Vec<Seen>,
+    scratch: &mut Vec<Seen>,
     tile: &Range<u32>,
     segment: Range<u32>,
     new: &OnLine,
-    y: f64,
 ) -> bool {
+    // What is hidden all along, most of what comes, changes nothing and copies nothing.
+    let mut i = 0;
+    let end_of = |line: &[Seen], i: usize| line.get(i + 1).map_or(tile.end, |next| next.x);
+    loop {
+        let (old, end) = (line[i], end_of(line, i));
+        let shared = old.x.max(segment.start)..end.min(segment.end);
+        if !shared.is_empty() {
+            if old.is_background() {
+                break;
+            }
+            let division = new.divide(&old.on_line, shared.clone());
+            if division.first_wins_left || division.boundary < shared.end {
+                break;
+            }
+        }
+        if end >= segment.end {
+            return false;
+        }
+        i += 1;
+    }
     scratch.clear();
-    let mut changed = false;
-    for i in 0..line.len() {
-        let Span { x, face } = line[i];
-        let end = line.get(i + 1).map_or(tile.end, |next| next.x);
-        let shared = x.max(segment.start)..end.min(segment.end);
+    scratch.extend_from_slice(&line[..i]);
+    for i in i..line.len() {
+        let (old, end) = (line[i], end_of(line, i));
+        let shared = old.x.max(segment.start)..end.min(segment.end);
         if shared.is_empty() {
-            line::push(scratch, 0, x, face);
+            push(scratch, old.x, &old.on_line);
             continue;
         }
-        if x < shared.start {
-            line::push(scratch, 0, x, face);
+        if old.x < shared.start {
+            push(scratch, old.x, &old.on_line);
         }
-        if !face.is_some() {
-            line::push(scratch, 0, shared.start, new.face());
-            changed = true;
+        if old.is_background() {
+            push(scratch, shared.start, new);
         } else {
-            let old = frame.on_line(face, y);
-            let division = new.divide(&old, shared.clone());
+            let division = new.divide(&old.on_line, shared.clone());
             let (left, right) =
-                if division.first_wins_left { (new.face(), face) } else { (face, new.face()) };
-            line::push(scratch, 0, shared.start, left);
+                if division.first_wins_left { (new, &old.on_line) } else { (&old.on_line, new) };
+            push(scratch, shared.start, left);
             if division.boundary < shared.end {
-                line::push(scratch, 0, division.boundary, right);
-                changed = true;
+                push(scratch, division.boundary, right);
             }
-            changed |= division.first_wins_left;
         }
         if shared.end < end {
-            line::push(scratch, 0, shared.end, face);
+            push(scratch, shared.end, &old.on_line);
         }
     }
-    if changed {
-        std::mem::swap(line, scratch);
+    std::mem::swap(line, scratch);
+    true
+}
+
+/// Appends a segment, unless the last one shows the same face.
+#[inline(always)]
+fn push(line: &mut Vec<Seen>, x: u32, on_line: &OnLine) {
+    if line.last().is_none_or(|last| last.on_line.face() != on_line.face()) {
+        line.push(Seen { x, on_line: *on_line });
     }
-    changed
 }
 
 /// The most that a plane's depth can be over some cells of a band, rounded up.
@@ -285,30 +322,15 @@ fn last_y(band: &Band) -> f64 {
 }
 
 /// The least depth of the winners of a tile, rounded down.
-fn farthest(
-    frame: &SpanImage,
-    band: &Band,
-    tile: &Tile,
-    cells: &Range<u32>,
-    raster: Raster,
-) -> f64 {
+fn farthest(band: &Band, tile: &Tile, cells: &Range<u32>, raster: Raster) -> f64 {
     let mut bound = f64::INFINITY;
-    for lane in 0..band.count {
-        let y = band.y[lane];
-        if !y.is_finite() {
-            continue;
-        }
-        let line = &tile.lines[lane];
-        for (i, span) in line.iter().enumerate() {
-            if !span.face.is_some() {
+    for line in tile.lines.iter().zip(band.y).filter(|(_, y)| y.is_finite()).map(|(line, _)| line) {
+        for (i, seen) in line.iter().enumerate() {
+            if seen.is_background() {
                 return f64::NEG_INFINITY;
             }
             let end = line.get(i + 1).map_or(cells.end, |next| next.x);
-            let plane = frame.face(span.face).1.plane;
-            let x = if plane.a > 0.0 { span.x } else { end };
-            let (p, q) = (plane.a * raster.pixels(x), plane.b * y);
-            let depth = p + q + plane.c - (p.abs() + q.abs() + plane.c.abs()) * 1e-14;
-            bound = bound.min(depth);
+            bound = bound.min(seen.on_line.least_depth(seen.x..end, raster));
         }
     }
     bound
