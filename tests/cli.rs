@@ -83,9 +83,21 @@ fn exit_codes_tell_what_failed() {
         GRAPH.replace("Write(image: \"picture\", path: \"out/a.png\")", "Camera()"),
     )
     .unwrap();
+    let twice =
+        GRAPH.replace("})", "\"copy\": Write(image: \"picture\", path: \"./out/../out/a.png\")})");
+    std::fs::write(folder.0.join("twice.ron"), twice).unwrap();
     std::fs::write(folder.0.join("latin.ron"), [0x47, 0xe9]).unwrap();
     for (arguments, code, word) in [
-        (&["render", "bad.ron"][..], 3, "Resolve"),
+        (&["render", "g.ron", "--scale", "0"][..], 2, "--scale"),
+        (&["render", "g.ron", "--size", "0x9"], 2, "--size"),
+        (&["render", "g.ron", "-w", "pictur", "-o", "a.png"], 2, "did you mean picture"),
+        (&["render", "g.ron", "-w", "boxes", "-o", "a.png"], 2, "makes a SpanImage"),
+        (&["render", "g.ron", "--window", "9000,0,5,5"], 1, "outside of the picture"),
+        (&["render", "g.ron", "--size", "65536x65536"], 1, "windows"),
+        (&["render", "g.ron", "-o", "/proc/no/a.png"], 1, "cannot be written"),
+        (&["check", "lost.ron"], 4, "lost.obj"),
+        (&["check", "twice.ron"], 3, "write the same file"),
+        (&["render", "bad.ron"], 3, "Resolve"),
         (&["check", "bad.ron"], 3, "did you mean"),
         (&["check", "g.ron"], 0, ""),
         (&["render", "nowhere.ron"], 4, "nowhere.ron"),
@@ -96,9 +108,9 @@ fn exit_codes_tell_what_failed() {
         (&["render", "g.ron", "--size", "10"], 2, "1920x1080"),
         (&["render", "g.ron", "--set", "pictur.size=(1,1)"], 2, "did you mean \"picture\""),
         (&["render", "g.ron", "--set", "picture.sise=(1,1)"], 3, "did you mean `size`"),
-        (&["render", "g.ron", "--scale", "0"], 1, "above 0"),
-        (&["render", "g.ron", "-w", "fill"], 1, "did you mean \"file\""),
-        (&["render", "g.ron", "-w", "eye"], 1, "Camera"),
+        (&["render", "g.ron", "-w", "fill"], 2, "did you mean file"),
+        (&["render", "g.ron", "-w", "eye"], 2, "Camera"),
+        (&["convert", "box.ron", "./box.ron"], 1, "name another"),
         (&["nodes", "Fgo"], 2, "did you mean Fog"),
         (&["info", "nowhere.obj"], 4, "nowhere.obj"),
         (&["convert", "box.ron", "a.obj"], 1, ".scene"),
@@ -135,8 +147,8 @@ fn files_that_exist_are_kept_on_request() {
     let folder = Folder::new("keep");
     assert_eq!(folder.run(&["render", "g.ron", "-q"]).code, Some(0));
     let ran = folder.run(&["render", "g.ron", "--no-clobber"]);
-    assert_eq!(ran.code, Some(4), "{ran:?}");
-    assert!(ran.err.contains("exists already"), "{}", ran.err);
+    assert_eq!(ran.code, Some(1), "{ran:?}");
+    assert!(ran.err.contains("it exists"), "{}", ran.err);
 }
 
 #[test]
@@ -149,8 +161,14 @@ fn statistics_show_what_ran() {
     assert!(node("boxes").unwrap()["facts"]["spans"].as_u64().unwrap() > 60);
     assert!(node("wide").is_none());
     let ran = folder.run(&["render", "g.ron", "-q", "--explain"]);
+    let plan = folder.run(&["render", "g.ron", "-n", "--explain"]);
+    assert!(plan.out.contains("boxes (Scanline), wanted for picture"), "{}", plan.out);
     assert!(ran.out.contains("wide (Resolve): not needed"), "{}", ran.out);
-    assert!(ran.out.contains("boxes (Scanline): evaluated for"), "{}", ran.out);
+    assert!(
+        ran.out.contains("boxes (Scanline), evaluated for picture: raster.width=40"),
+        "{}",
+        ran.out
+    );
 }
 
 #[test]
@@ -196,7 +214,7 @@ fn scenes_convert_and_are_described() {
     assert_eq!(folder.run(&["convert", "box.scene", "again.ron"]).code, Some(0));
     for file in ["box.ron", "box.scene", "again.ron"] {
         let ran = folder.run(&["info", file]);
-        assert!(ran.out.contains("1 objects, 6 faces"), "{file}: {ran:?}");
+        assert!(ran.out.contains("1 object, 6 faces"), "{file}: {ran:?}");
     }
     let ran = folder.run(&["info", "g.ron"]);
     assert!(ran.out.contains("a graph"), "{ran:?}");

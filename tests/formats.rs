@@ -347,3 +347,22 @@ fn ply_and_stl_in_text_and_binary_are_one_mesh() {
     }
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[test]
+fn the_manual_of_scenes_shows_every_shape_and_all_of_it_parses() {
+    let manual = include_str!("../graphs/SCENES.md");
+    let mut blocks = manual.split("```ron\n").skip(1).map(|rest| rest.split("```").next().unwrap());
+    let (scene, shapes) = (blocks.next().unwrap(), blocks.next().unwrap());
+    text::parse(Path::new("SCENES.md"), scene.as_bytes()).unwrap();
+    let parse = |text: &str| spandrel_engine::text::options().from_str::<Shape>(text);
+    for shape in shapes.lines() {
+        parse(shape).unwrap_or_else(|e| panic!("{shape}: {e}"));
+    }
+    let Err(ron::Error::NoSuchEnumVariant { expected, .. }) = parse("Nothing").map_err(|e| e.code)
+    else {
+        panic!("there is a shape called Nothing");
+    };
+    for kind in expected {
+        assert!(shapes.lines().any(|shape| shape.split('(').next() == Some(kind)), "no {kind}");
+    }
+}

@@ -11,13 +11,17 @@ use spandrel_tests::program::scratch;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+fn repository() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
+}
+
 fn registry() -> Registry {
     spandrel::library()
 }
 
 fn faults(text: &str) -> Vec<Diagnostic> {
     match Document::parse(text) {
-        Ok(document) => match Graph::check(&document, &registry(), Path::new("")) {
+        Ok(document) => match Graph::check(&document, &registry(), repository()) {
             Ok(_) => Vec::new(),
             Err(faults) => faults,
         },
@@ -58,14 +62,23 @@ fn faults_say_where_they_are_and_what_helps() {
     fault(&nodes("\"a\": Camera(position: (0, 0, 0))"), "(0, 0, 0)", &["same point"]);
     fault(&nodes("\"a\": ParallelLight(color: \"#12\")"), "\"#12\"", &["a colour such as"]);
     fault(&nodes("\"a\": ParallelLight(intensity: -1)"), "-1", &["at least 0"]);
-    fault(&nodes("\"s\": Scanline(scene: \"a.obj\")"), "\"s\"", &["needs a Camera", "`camera`"]);
+    fault(
+        &nodes("\"s\": Scanline(scene: \"tests/graph.rs\")"),
+        "\"s\"",
+        &["needs a Camera", "`camera`"],
+    );
     fault(&nodes("\"f\": Fog(image: \"x\")"), "\"x\"", &["no node \"x\"", "SpanImage"]);
-    let typo = nodes("\"eye\": Camera(), \"s\": Scanline(scene: \"a.obj\", camera: \"eyes\")");
+    let typo =
+        nodes("\"eye\": Camera(), \"s\": Scanline(scene: \"tests/graph.rs\", camera: \"eyes\")");
     fault(&typo, "\"eyes\"", &["did you mean \"eye\""]);
     let wrong = nodes("\"eye\": Camera(), \"f\": Fog(image: \"eye\")");
     fault(&wrong, "\"eye\"", &["needs a SpanImage", "makes a Camera"]);
-    let file = nodes("\"s\": Scanline(scene: \"a.obj\", camera: \"cam.ron\")");
+    let file = nodes("\"s\": Scanline(scene: \"tests/graph.rs\", camera: \"cam.ron\")");
     fault(&file, "\"cam.ron\"", &["cannot be read from"]);
+    let near = nodes("\"s\": Scanline(scene: \"tests/graf.rs\", camera: \"s\")");
+    assert!(faults(&near)[0].is_input);
+    let lost = nodes("\"r\": ReadScene(file: \"tests/graf.rs\")");
+    fault(&lost, "\"tests/graf.rs\"", &["no file", "did you mean \"graph.rs\""]);
     fault("Graph(version: 7, nodes: {})", "Graph", &["version 7"]);
 }
 
@@ -228,8 +241,9 @@ fn a_window_is_the_part_of_the_whole() {
 #[test]
 fn failures_name_the_node_and_the_file() {
     let small = Small::new("missing");
-    std::fs::remove_file(small.folder.join("left.ron")).unwrap();
     let graph = Graph::check(&small.document, &registry(), &small.folder).ok().unwrap();
+    // It goes between the check and the evaluation.
+    std::fs::remove_file(small.folder.join("left.ron")).unwrap();
     let mut wishes = Wishes::new();
     let changed = Override::default();
     wishes

@@ -126,7 +126,7 @@ const LAYERS: [(&str, &[&str]); 17] = [
     ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
     ("shade", &["color", "error", "fragment", "key", "math"]),
     ("resolve", &["camera", "color", "error", "fragment", "image", "key", "raster", "span"]),
-    ("graph", &["error", "key", "text"]),
+    ("graph", &["error", "key", "output", "text"]),
     ("values", &["camera", "graph", "image", "key", "raster", "resolve", "scene", "shade", "span"]),
 ];
 

@@ -1,12 +1,14 @@
 //! What can be typed.
 
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use spandrel_engine::raster::Raster;
+use spandrel_engine::resolve::Framing;
 use std::path::PathBuf;
 
 /// Composites three-dimensional pictures as spans, not pixels.
 ///
 /// Exit codes: 0 done, 1 evaluating failed, 2 wrong usage, 3 the graph is invalid, 4 an input is missing
-/// or unreadable.
+/// or unreadable, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(name = "spandrel", version)]
 pub(crate) struct Args {
@@ -66,7 +68,7 @@ pub(crate) struct Render {
     /// Print nothing but errors.
     #[arg(short, long, conflicts_with = "verbose")]
     pub(crate) quiet: bool,
-    /// Print a line for every node.
+    /// Print a line for every node, as without a terminal.
     #[arg(short, long)]
     pub(crate) verbose: bool,
 }
@@ -147,17 +149,22 @@ fn numbers<T: std::str::FromStr>(text: &str, separator: char) -> Option<Vec<T>> 
 
 fn size(text: &str) -> Result<(u32, u32), String> {
     match numbers(&text.to_lowercase(), 'x').as_deref() {
-        Some([width, height]) => Ok((*width, *height)),
+        Some([width, height]) => {
+            Raster::new(*width, *height).map_err(|e| e.to_string())?;
+            Ok((*width, *height))
+        }
         _ => Err("write width x height in pixels, such as 1920x1080".to_owned()),
     }
 }
 
 fn scale(text: &str) -> Result<(f64, f64), String> {
-    match numbers(text, ',').as_deref() {
-        Some([both]) => Ok((*both, *both)),
-        Some([x, y]) => Ok((*x, *y)),
-        _ => Err("write one factor or two, such as 0.5 or 2,1".to_owned()),
-    }
+    let (x, y) = match numbers(text, ',').as_deref() {
+        Some([both]) => (*both, *both),
+        Some([x, y]) => (*x, *y),
+        _ => return Err("write one factor or two, such as 0.5 or 2,1".to_owned()),
+    };
+    Framing::check_scale((x, y).into()).map_err(|e| e.to_string())?;
+    Ok((x, y))
 }
 
 fn window(text: &str) -> Result<[u32; 4], String> {

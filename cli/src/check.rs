@@ -39,7 +39,7 @@ pub(crate) fn check(
 ) -> Result<Graph, u8> {
     Graph::check(document, registry, directory).map_err(|faults| {
         print::diagnostics(path, &document.text, &faults);
-        exit::INVALID
+        if faults.iter().all(|fault| fault.is_input) { exit::INPUT } else { exit::INVALID }
     })
 }
 

@@ -26,10 +26,14 @@ pub(crate) fn run(args: &Convert) -> u8 {
 fn convert(args: &Convert) -> Result<(u64, Vec<String>)> {
     let extension = args.to.extension().and_then(|e| e.to_str()).unwrap_or("");
     if !["ron", "scene"].contains(&extension) {
-        return Err(Error::invalid(format!(
-            "{}: scenes are written as text (.ron) or binary (.scene)",
-            args.to.display()
-        )));
+        return Err(Error::output(
+            &args.to,
+            "scenes are written as text (.ron) or binary (.scene)",
+        ));
+    }
+    let same = |path: &std::path::Path| path.canonicalize().ok();
+    if same(&args.from).is_some_and(|from| Some(from) == same(&args.to)) {
+        return Err(Error::output(&args.to, "it is the file that is read: name another"));
     }
     let reading = read::document(&args.from, &ReadOptions::default())?;
     let contents = if extension == "ron" {
@@ -38,7 +42,7 @@ fn convert(args: &Convert) -> Result<(u64, Vec<String>)> {
         binary::write(&reading.document)?
     };
     let bytes = output::write(&args.to, |out| {
-        out.write_all(&contents).map_err(|e| Error::file(&args.to, e))
+        out.write_all(&contents).map_err(|e| Error::output(&args.to, e))
     })?;
     Ok((bytes, reading.notes))
 }

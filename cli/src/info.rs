@@ -107,13 +107,14 @@ fn describe(out: &mut String, plan: &Plan, scene: &Scene) {
         }
     }
     let faces = scene.face_count();
-    let count = |n: usize| print::grouped(n as u64);
     let _ = writeln!(
         out,
-        "  {} objects, {} faces with {} corners, {holes} holes, {seals} seals",
-        count(scene.instances.len()),
-        count(faces),
-        count(corners)
+        "  {}, {} with {}, {}, {}",
+        print::count(scene.instances.len(), "object"),
+        print::count(faces, "face"),
+        print::count(corners, "corner"),
+        print::count(holes, "hole"),
+        print::count(seals, "seal")
     );
     if faces > 0 {
         let size = high - low;
@@ -149,9 +150,14 @@ fn faults(out: &mut String, plan: &Plan, scene: &Scene) {
     walk(&plan.root, "", &mut visit);
     plan.definitions.iter().for_each(|(name, object)| walk(object, name, &mut visit));
     for (fault, (count, first)) in &found {
-        let _ = writeln!(out, "  {count} times: {fault}; first {first}");
+        let times = print::count(*count, "time");
+        let _ = writeln!(out, "  {times}: {fault}; first {first}, counted from 0");
     }
     for (path, faults) in scene.faults() {
+        if faults.without_area > 0 {
+            let dropped = print::count(faults.without_area, "face");
+            let _ = writeln!(out, "  \"{path}\": {dropped} without area, left out");
+        }
         if faults.not_affine > 0 {
             let n = faults.not_affine;
             let _ =

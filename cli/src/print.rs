@@ -57,6 +57,12 @@ pub(crate) fn diagnostics(path: &Path, text: &str, diagnostics: &[Diagnostic]) {
     }
 }
 
+/// A number of things.
+pub(crate) fn count(number: usize, thing: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{} {thing}{plural}", grouped(number as u64))
+}
+
 /// A number with thin groups of three digits.
 pub(crate) fn grouped(number: u64) -> String {
     let digits = number.to_string();

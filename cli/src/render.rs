@@ -1,9 +1,11 @@
 //! `spandrel render`.
 
 use spandrel_engine::graph::demand::{Failure, Wishes};
+use spandrel_engine::graph::diagnostic::{list, nearest};
 use spandrel_engine::graph::document::RawNode;
 use spandrel_engine::graph::{Graph, Plan, Registry, Run};
 use spandrel_engine::image::Window;
+use spandrel_engine::output;
 use spandrel_engine::values::{Delivery, Override};
 use std::path::Path;
 use std::time::Instant;
@@ -36,6 +38,10 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
         wishes.want::<Delivery>(output, changed.clone());
     }
     let plan = Plan::new(&graph, &wishes).map_err(|failure| fail(args, &failure))?;
+    if args.dry_run && args.explain {
+        print::out(&stats::explanation(&graph, &plan, &[]));
+        return Ok(());
+    }
     if args.dry_run {
         let mut nodes = plan.nodes(&graph);
         nodes.reverse();
@@ -50,7 +56,7 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
     let seconds = clock.elapsed().as_secs_f64();
     let evaluated = evaluated.map_err(|failure| fail(args, &failure))?;
     if args.explain {
-        print::out(&stats::explanation(&graph, &evaluated.reports));
+        print::out(&stats::explanation(&graph, &plan, &evaluated.reports));
     }
     match args.stats {
         Some(Format::Table) => print::out(&stats::table(&evaluated.reports, seconds)),
@@ -61,7 +67,7 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
         for wish in 0..outputs.len() {
             let Delivery { path, bytes } = &*evaluated.value::<Delivery>(wish);
             let (size, time) = (print::bytes(*bytes as usize), print::seconds(seconds));
-            print::err(&format!("wrote {} ({size}, {time})", path.display()));
+            print::err(&format!("wrote {} ({size}, {time})", output::tidy(path).display()));
         }
     }
     Ok(())
@@ -71,6 +77,26 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
 fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u8> {
     let (mut document, directory) = check::open(&args.graph)?;
     let mut settings = args.set.clone();
+    for name in &args.write {
+        let Some(raw) = document.nodes.iter().find(|raw| raw.id == *name) else {
+            let names = document.nodes.iter().map(|raw| raw.id.as_str());
+            let cure = match nearest(name, names.clone()) {
+                Some(near) => format!("did you mean {near}?"),
+                None => format!("there are {}", list(names)),
+            };
+            print::error(format!("-w {name}: there is no such node: {cure}"));
+            return Err(exit::USAGE);
+        };
+        let makes = registry.kind(&raw.kind).map_or("File", |kind| kind.output);
+        let (fits, needs) = match args.output {
+            None => (makes == "File", "a node that writes a file, or add -o FILE"),
+            Some(_) => (makes == "File" || makes == "Image", "a node that makes an Image"),
+        };
+        if !fits {
+            print::error(format!("-w {name}: {} makes a {makes}: name {needs}", raw.kind));
+            return Err(exit::USAGE);
+        }
+    }
     // A picture that is asked for by name gets a writer of its own.
     let mut outputs = args.write.clone();
     if let (Some(file), [node]) = (&args.output, &args.write[..]) {
@@ -130,7 +156,7 @@ fn writer(image: &str, path: &str) -> RawNode {
         kind: "Write".to_owned(),
         span: 0..0,
         text: format!("Write(image: {image:?}, path: {path:?})"),
-        is_edited: true,
+        settings: vec!["-o".to_owned()],
     }
 }
 

@@ -1,8 +1,9 @@
 //! `--stats` and `--explain`: what an evaluation did.
 
-use serde_json::json;
+use serde_json::{Value as Json, json};
+use spandrel_engine::graph::demand::Asked;
 use spandrel_engine::graph::evaluate::Outcome;
-use spandrel_engine::graph::{Graph, Report};
+use spandrel_engine::graph::{Graph, Plan, Report};
 use std::fmt::Write;
 
 use crate::print;
@@ -73,21 +74,41 @@ pub(crate) fn json(reports: &[Report], seconds: f64) -> String {
     format!("{:#}\n", json!({ "seconds": seconds, "nodes": nodes }))
 }
 
-/// What was asked of every node of the graph, and what became of it.
-pub(crate) fn explanation(graph: &Graph, reports: &[Report]) -> String {
+/// Who asks what of every node of the graph, and, where it was evaluated, what became of it.
+pub(crate) fn explanation(graph: &Graph, plan: &Plan, reports: &[Report]) -> String {
     let mut out = String::new();
+    let asks = plan.asks(graph);
     for node in graph.nodes() {
-        let mut asked = reports.iter().filter(|report| report.node == node.id).peekable();
+        let mut asked = asks.iter().filter(|asked| asked.node == node.id).peekable();
         if asked.peek().is_none() {
             let _ = writeln!(out, "{} ({}): not needed", node.id, node.kind);
         }
-        for report in asked {
-            let what = match &report.demand {
-                serde_json::Value::Null => "for its value".to_owned(),
-                demand => format!("for {demand}"),
-            };
-            let _ = writeln!(out, "{} ({}): {} {what}", node.id, node.kind, outcome(report));
+        for Asked { demand, by, .. } in asked {
+            let done = |report: &&Report| report.node == node.id && report.demand == *demand;
+            let done = reports.iter().find(done).map_or("wanted", outcome);
+            let by = if by.is_empty() { "you".to_owned() } else { by.join(", ") };
+            let mut words = Vec::new();
+            flatten("", demand, &mut words);
+            let what =
+                if words.is_empty() { String::new() } else { format!(": {}", words.join(" ")) };
+            let _ = writeln!(out, "{} ({}), {done} for {by}{what}", node.id, node.kind);
         }
     }
     out
+}
+
+/// The leaves of a demand that say something, as `place=value`.
+fn flatten(place: &str, value: &Json, words: &mut Vec<String>) {
+    let below = |name: &str| match place {
+        "" => name.to_owned(),
+        place => format!("{place}.{name}"),
+    };
+    match value {
+        Json::Null | Json::Bool(false) => {}
+        Json::Object(fields) => {
+            fields.iter().for_each(|(name, value)| flatten(&below(name), value, words));
+        }
+        Json::String(text) => words.push(format!("{place}={text}")),
+        other => words.push(format!("{place}={other}")),
+    }
 }

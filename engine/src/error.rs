@@ -8,13 +8,21 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file cannot be opened, read or written.
+    /// A file cannot be opened or read.
     #[error("{}: {source}", path.display())]
     File {
         /// The file.
         path: PathBuf,
         /// What the system said.
         source: std::io::Error,
+    },
+    /// A file cannot be written.
+    #[error("{}: cannot be written: {message}", path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// Why, and the cure.
+        message: String,
     },
     /// A file's contents are not what its format demands.
     #[error("{place}: {message}")]
@@ -46,9 +54,14 @@ pub enum Error {
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 impl Error {
-    /// A file cannot be opened, read or written.
+    /// A file cannot be opened or read.
     pub fn file(path: impl Into<PathBuf>, source: std::io::Error) -> Error {
         Error::File { path: path.into(), source }
+    }
+
+    /// A file cannot be written.
+    pub fn output(path: impl Into<PathBuf>, message: impl fmt::Display) -> Error {
+        Error::Output { path: path.into(), message: message.to_string() }
     }
 
     /// A fault in a file as a whole.
@@ -82,7 +95,7 @@ impl Error {
     /// The file that is to blame, if one is.
     pub fn path(&self) -> Option<&Path> {
         match self {
-            Error::File { path, .. } => Some(path),
+            Error::File { path, .. } | Error::Output { path, .. } => Some(path),
             Error::Malformed { place, .. } => Some(&place.path),
             _ => None,
         }

@@ -24,6 +24,23 @@ pub fn abandon() {
     }
 }
 
+/// A path without the detours through `.` and `..` that can be left out unseen.
+pub fn tidy(path: &Path) -> PathBuf {
+    use std::path::Component;
+    let mut tidy = PathBuf::new();
+    for part in path.components() {
+        let into = matches!(tidy.components().next_back(), Some(Component::Normal(_)));
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if into => {
+                tidy.pop();
+            }
+            other => tidy.push(other),
+        }
+    }
+    tidy
+}
+
 /// Writes a file: `contents` writes to a file beside it, which then takes its place. If anything
 /// fails, the old file stays as it was. Returns the number of bytes.
 ///
@@ -33,13 +50,11 @@ pub fn write(
     path: &Path,
     contents: impl FnOnce(&mut BufWriter<File>) -> Result<()>,
 ) -> Result<u64> {
-    let fault = |source| Error::file(path, source);
-    let name = path
-        .file_name()
-        .ok_or_else(|| Error::in_file(path, "this is no file's name: name a file to write"))?;
+    let fault = |source: std::io::Error| Error::output(path, source);
+    let name = path.file_name().ok_or_else(|| Error::output(path, "this is no file's name"))?;
     let directory = path.parent().filter(|dir| !dir.as_os_str().is_empty());
     if let Some(directory) = directory {
-        std::fs::create_dir_all(directory).map_err(|e| Error::file(directory, e))?;
+        std::fs::create_dir_all(directory).map_err(|e| Error::output(directory, e))?;
     }
     let mut beside = Beside::new(path, name).map_err(fault)?;
     let mut writer = BufWriter::new(beside.file.take().expect("a new file is open"));

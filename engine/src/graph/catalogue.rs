@@ -115,6 +115,8 @@ pub(super) enum Leaf {
     Link { of: String, reader: Option<String>, target: String },
     /// A file that the node reads.
     Input(String),
+    /// A file that the node writes.
+    Output(String),
     /// A number that is out of its range: what is wrong.
     OutOfRange(String),
 }
@@ -166,8 +168,9 @@ fn visit_value(schema: &Json, value: &Json, found: &mut dyn FnMut(Leaf)) {
         found(Leaf::Link { of: of.to_owned(), reader, target: target.to_owned() });
         return;
     }
-    if let (Some("read"), Some(path)) = (text(FILE), value.as_str()) {
-        found(Leaf::Input(path.to_owned()));
+    if let (Some(use_), Some(path)) = (text(FILE), value.as_str()) {
+        let path = path.to_owned();
+        found(if use_ == "read" { Leaf::Input(path) } else { Leaf::Output(path) });
         return;
     }
     if let Some(number) = value.as_f64() {

@@ -63,8 +63,15 @@ impl Graph {
         registry: &Registry,
         directory: &Path,
     ) -> Result<Graph, Vec<Diagnostic>> {
-        let mut check =
-            Check { document, registry, nodes: Vec::new(), wishes: Vec::new(), faults: Vec::new() };
+        let mut check = Check {
+            document,
+            registry,
+            directory,
+            nodes: Vec::new(),
+            wishes: Vec::new(),
+            outputs: HashMap::new(),
+            faults: Vec::new(),
+        };
         for raw in &document.nodes {
             check.node(raw);
         }
@@ -74,6 +81,12 @@ impl Graph {
         let order = check.order();
         let Check { nodes, mut faults, .. } = check;
         if !faults.is_empty() {
+            for fault in &mut faults {
+                let edited = |raw: &&RawNode| raw.id_span == fault.span && !raw.settings.is_empty();
+                if let Some(raw) = document.nodes.iter().find(edited) {
+                    fault.label = format!("set from outside: {}", raw.settings.join(", "));
+                }
+            }
             faults.sort_by_key(|fault| fault.span.start);
             return Err(faults);
         }
@@ -111,8 +124,11 @@ impl Graph {
 struct Check<'a> {
     document: &'a Document,
     registry: &'a Registry,
+    directory: &'a Path,
     nodes: Vec<Checked>,
     wishes: Vec<Wish>,
+    /// The files that are written, and by which node.
+    outputs: HashMap<PathBuf, String>,
     faults: Vec<Diagnostic>,
 }
 
@@ -140,13 +156,26 @@ impl Check<'_> {
         }
         let from = self.nodes.len();
         let mut files = Vec::new();
-        let (wishes, faults) = (&mut self.wishes, &mut self.faults);
+        let (wishes, faults, outputs) = (&mut self.wishes, &mut self.faults, &mut self.outputs);
+        let directory = self.directory;
         catalogue::visit(&kind.schema, &node.parameters(), &mut |field, leaf| match leaf {
             Leaf::Link { of, reader, target } => {
                 wishes.push(Wish { from, field: field.to_owned(), of, reader, target });
             }
             Leaf::Input(path) if path.is_empty() => faults.push(missing(raw, field, "a file")),
-            Leaf::Input(path) => files.push(path),
+            Leaf::Input(path) => {
+                faults.extend(absent(directory, &path, raw.field(field)));
+                files.push(path);
+            }
+            Leaf::Output(path) if path.is_empty() => {}
+            Leaf::Output(path) => {
+                let place = crate::output::tidy(&directory.join(&path));
+                if let Some(first) = outputs.insert(place, raw.id.clone()) {
+                    let message = format!("\"{first}\" and \"{}\" write the same file", raw.id);
+                    let fault = Diagnostic::error(raw.field(field), message);
+                    faults.push(fault.label("the second").help("name another file"));
+                }
+            }
             Leaf::OutOfRange(message) => {
                 faults.push(Diagnostic::error(raw.field(field), format!("`{field}`: {message}")));
             }
@@ -174,11 +203,8 @@ impl Check<'_> {
     }
 
     fn parse_fault(&self, raw: &RawNode, error: &ron::error::SpannedError) -> Diagnostic {
-        if raw.is_edited {
-            let mut fault = ron_error(&raw.text, 0, error);
-            fault.span = raw.id_span.clone();
-            fault.label = "with what was set from outside".to_owned();
-            return fault;
+        if !raw.settings.is_empty() {
+            return Diagnostic { span: raw.id_span.clone(), ..ron_error(&raw.text, 0, error) };
         }
         // The parsed text begins at the node, so that places only need moving.
         let end = raw.span.end;
@@ -253,6 +279,7 @@ impl Check<'_> {
         let text = format!("{}(file: {:?})", kind.name, wish.target);
         match (kind.parse)(&text) {
             Ok(node) => {
+                self.faults.extend(absent(self.directory, &wish.target, span));
                 names.insert(wish.target.clone(), self.nodes.len());
                 let files = vec![wish.target.clone()];
                 let id = wish.target.clone();
@@ -298,6 +325,25 @@ impl Check<'_> {
     }
 }
 
+/// What is wrong with a file that is to be read, if it is not there.
+fn absent(directory: &Path, file: &str, span: std::ops::Range<usize>) -> Option<Diagnostic> {
+    let path = directory.join(file);
+    if path.exists() {
+        return None;
+    }
+    let message = format!("there is no file {}", crate::output::tidy(&path).display());
+    let fault = Diagnostic { is_input: true, ..Diagnostic::error(span, message) };
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let folder = path.parent().map(std::fs::read_dir).and_then(Result::ok);
+    let entries = folder.into_iter().flatten().flatten();
+    let beside: Vec<String> =
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    Some(match nearest(&name, beside.iter().map(String::as_str)) {
+        Some(near) => fault.help(format!("did you mean \"{near}\"?")),
+        None => fault.help("paths begin at the graph's own folder"),
+    })
+}
+
 fn missing(raw: &RawNode, field: &str, what: &str) -> Diagnostic {
     Diagnostic::error(raw.id_span.clone(), format!("\"{}\" needs {what}", raw.id))
         .label(format!("`{field}` is not given"))
@@ -307,7 +353,7 @@ fn missing(raw: &RawNode, field: &str, what: &str) -> Diagnostic {
 /// Where a link's target stands.
 fn link_span(raw: &RawNode, wish: &Wish) -> std::ops::Range<usize> {
     let field = raw.field(&wish.field);
-    if raw.is_edited {
+    if !raw.settings.is_empty() {
         return field;
     }
     // In a list of links, the one that is meant.

@@ -99,10 +99,32 @@ impl Plan {
         Ok(plan)
     }
 
+    /// What is asked of every node that will be evaluated, users before what they use.
+    pub fn asks<'g>(&self, graph: &'g Graph) -> Vec<Asked<'g>> {
+        let id = |instance: &Instance| graph.nodes[instance.node].id.as_str();
+        let asked = |(at, instance): (usize, &Instance)| {
+            let uses = |user: &&Instance| user.inputs.iter().any(|(_, input)| *input == at);
+            let by = self.instances.iter().filter(uses).map(id).collect();
+            Asked { node: id(instance), demand: instance.demand.json(), by }
+        };
+        self.instances.iter().enumerate().map(asked).collect()
+    }
+
     /// The names of the nodes that will be evaluated, users before what they use.
     pub fn nodes<'g>(&self, graph: &'g Graph) -> Vec<&'g str> {
         self.instances.iter().map(|instance| graph.nodes[instance.node].id.as_str()).collect()
     }
+}
+
+/// What is asked of a node, and by whom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked<'g> {
+    /// The node.
+    pub node: &'g str,
+    /// What is asked, as JSON.
+    pub demand: serde_json::Value,
+    /// The nodes that ask; none if the program does.
+    pub by: Vec<&'g str>,
 }
 
 /// A failure, and the node that failed.

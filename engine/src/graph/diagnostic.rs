@@ -24,13 +24,15 @@ pub struct Diagnostic {
     pub label: String,
     /// The cure.
     pub help: Option<String>,
+    /// Whether a file that the graph names is to blame, and not the graph.
+    pub is_input: bool,
 }
 
 impl Diagnostic {
     /// An error at a place of the text.
     pub fn error(span: Range<usize>, message: impl Into<String>) -> Diagnostic {
         let (message, label) = (message.into(), String::new());
-        Diagnostic { severity: Severity::Error, message, span, label, help: None }
+        Diagnostic { severity: Severity::Error, message, span, label, help: None, is_input: false }
     }
 
     /// The same with what stands at the place.

@@ -37,8 +37,9 @@ pub struct RawNode {
     pub span: Range<usize>,
     /// The text.
     pub text: String,
-    /// Whether a parameter was set from outside, so that the text is not the document's.
-    pub is_edited: bool,
+    /// Parameters that were set from outside, as `field=value`: with any, the text is not the
+    /// document's.
+    pub settings: Vec<String>,
 }
 
 #[derive(serde::Deserialize)]
@@ -114,7 +115,7 @@ impl Document {
             }
             let span = start..start + body.len();
             let text = body.to_owned();
-            nodes.push(RawNode { id, id_span, kind, span, text, is_edited: false });
+            nodes.push(RawNode { id, id_span, kind, span, text, settings: Vec::new() });
         }
         if faults.is_empty() { Ok(Document { text: text.to_owned(), nodes }) } else { Err(faults) }
     }
@@ -135,7 +136,7 @@ impl Document {
                 ),
             }
         })?;
-        node.is_edited = true;
+        node.settings.push(format!("{field}={value}"));
         match field_span(&node.text, field) {
             Some(span) => node.text.replace_range(span, value),
             None => {
@@ -156,7 +157,7 @@ impl RawNode {
     /// Where a field's value stands in the document; the node as a whole if it is not there.
     pub fn field(&self, field: &str) -> Range<usize> {
         match field_span(&self.text, field) {
-            Some(span) if !self.is_edited => {
+            Some(span) if self.settings.is_empty() => {
                 self.span.start + span.start..self.span.start + span.end
             }
             _ => self.id_span.clone(),
@@ -242,6 +243,17 @@ pub(super) fn ron_error(text: &str, base: usize, error: &ron::error::SpannedErro
                 _ => fault,
             }
         }
+        E::ExpectedFloat | E::ExpectedInteger => Diagnostic::error(span, "expected a number"),
+        E::ExpectedBoolean => Diagnostic::error(span, "expected true or false"),
+        E::ExpectedString => Diagnostic::error(span, "expected a text in quotes, such as \"sun\""),
+        E::ExpectedArray => Diagnostic::error(span, "expected a list, such as [1, 2]"),
+        E::ExpectedMap => Diagnostic::error(span, "expected a map, such as {\"name\": 1}"),
+        E::IntegerOutOfBounds => {
+            Diagnostic::error(span, "this whole number is out of range, or must not be negative")
+        }
+        E::ExpectedIdentifier => Diagnostic::error(span, "expected a name here")
+            .help("perhaps a `)`, `]` or `,` is missing before it"),
+        E::ExceededRecursionLimit => Diagnostic::error(span, "nested too deeply"),
         E::Eof => Diagnostic::error(span, "the text ends too soon")
             .help("a closing `)`, `]`, `}` or `\"` is missing"),
         other => Diagnostic::error(span, other.to_string()),

@@ -55,5 +55,5 @@ pub(super) fn write(
         // The library would start threads of its own.
         .non_parallel()
         .to_buffered(out)
-        .map_err(|e| Error::in_file(path, format!("cannot be written: {e}")))
+        .map_err(|e| Error::output(path, e))
 }

@@ -31,5 +31,5 @@ pub(super) fn write(image: &Image, bits: u32, path: &Path, out: &mut impl Write)
     };
     PngEncoder::new_with_quality(out, CompressionType::Default, FilterType::Adaptive)
         .write_image(&bytes, width, height, color)
-        .map_err(|e| Error::in_file(path, format!("cannot be written: {e}")))
+        .map_err(|e| Error::output(path, e))
 }

@@ -16,6 +16,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
+use crate::image::Window;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
 
 /// How lines are integrated over pixels.
@@ -60,6 +61,9 @@ impl Rule {
     }
 }
 
+/// The most pixels that are computed at once: 8 GiB of colour.
+pub const MAX_AREA: u64 = 1 << 29;
+
 /// How a raster is placed in a picture: scaled, moved, and a window cut out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Framing {
@@ -90,7 +94,7 @@ impl Framing {
     /// The raster scaled, in a picture that holds all of it.
     ///
     /// # Errors
-    /// If a scale is not a positive number, or the picture would be longer than 65536 pixels on a side.
+    /// As [`check_scale`](Framing::check_scale), or if the picture would be longer than 65536 pixels on a side.
     pub fn scaled(raster: Raster, scale: DVec2) -> Result<Framing> {
         let size = Framing::size(raster, scale)?;
         Ok(Framing {
@@ -107,15 +111,44 @@ impl Framing {
     /// # Errors
     /// As [`Framing::scaled`].
     pub fn size(raster: Raster, scale: DVec2) -> Result<Raster> {
-        if !(scale.x > 0.0 && scale.y > 0.0 && scale.is_finite()) {
-            return Err(Error::invalid(format!(
-                "a scale of {} by {}: both must be numbers above 0",
-                scale.x, scale.y
-            )));
-        }
+        Framing::check_scale(scale)?;
         let side =
             |pixels: u32, scale: f64| (f64::from(pixels) * scale).round().clamp(1.0, 1e9) as u32;
         Raster::new(side(raster.width, scale.x), side(raster.height, scale.y))
+    }
+
+    /// Whether pictures can be scaled so.
+    ///
+    /// # Errors
+    /// If a factor is not from 1e-6 to 1e6.
+    pub fn check_scale(scale: DVec2) -> Result<()> {
+        let fits = |factor: f64| (1e-6..=1e6).contains(&factor);
+        if fits(scale.x) && fits(scale.y) {
+            return Ok(());
+        }
+        let DVec2 { x, y } = scale;
+        Err(Error::invalid(format!("a scale of {x} by {y}: both must be from 0.000001 to 1000000")))
+    }
+
+    /// The part of the picture that is computed: `window`, cut to the picture.
+    ///
+    /// # Errors
+    /// If nothing is left, or more than [`MAX_AREA`] pixels.
+    pub fn cut(self, window: Window) -> Result<Framing> {
+        let (width, height) = (self.columns.end, self.rows.end);
+        let Window { x, y, width: w, height: h } = window.within(width, height);
+        if w == 0 || h == 0 {
+            return Err(Error::invalid(format!(
+                "a window of {} by {} pixels at {}, {} lies outside of the picture, which has {width} by {height}",
+                window.width, window.height, window.x, window.y
+            )));
+        }
+        if u64::from(w) * u64::from(h) > MAX_AREA {
+            return Err(Error::invalid(format!(
+                "{w} by {h} pixels at once: at most {MAX_AREA} fit; compute the picture in windows"
+            )));
+        }
+        Ok(Framing { columns: x..x + w, rows: y..y + h, ..self })
     }
 
     /// The rows of the raster that the picture's rows need.
@@ -146,24 +179,25 @@ pub fn shares(rule: Rule, plan: LinePlan, framing: &Framing, row: u32, lines: u3
     // The row in units of lines: from the line, or strip border, `top` to `bottom`.
     let at = |row: f64| (row - framing.pan.y) * n / framing.scale.y;
     let (top, bottom) = (at(f64::from(row)), at(f64::from(row) + 1.0));
-    let known = |k: f64| (k >= 0.0 && k < f64::from(lines)).then_some(k as u32);
-    let share = |k: f64, weight: f64| Share { line: known(k), weight, strip: (0.0, 1.0) };
+    let all = (0.0, 1.0);
     match (rule, framing.vertical) {
         (Rule::Sampled(_, Weighting::Trapezoid), Vertical::Whole) => {
             // Eq. 7: rows I = row + 1 take the lines floor(n0 (I - 1) / T) to floor(n0 I / T); the two
             // on the borders also belong to the neighbouring rows, there with those rows' weights.
             let (first, last) = (top.floor(), bottom.floor());
-            if first == last {
-                return vec![share(first, 1.0)];
-            }
             let count = last - first;
-            let weight = |k: f64| if k == first || k == last { 0.5 / count } else { 1.0 / count };
-            (0..=count as u32).map(|j| first + f64::from(j)).map(|k| share(k, weight(k))).collect()
+            let half = |k: f64| k == first || k == last;
+            let weight = |k: f64| match count {
+                0.0 => 1.0,
+                _ if half(k) => 0.5 / count,
+                _ => 1.0 / count,
+            };
+            collect((first, last + 1.0), lines, |k| (weight(k), all))
         }
         (Rule::Sampled(_, Weighting::Box), Vertical::Whole) => {
             let (first, last) = (top.floor(), bottom.floor());
             let count = (last - first).max(1.0);
-            (0..count as u32).map(|j| share(first + f64::from(j), 1.0 / count)).collect()
+            collect((first, first + count), lines, |_| (1.0 / count, all))
         }
         (Rule::Sampled(_, Weighting::Trapezoid), Vertical::Fractions) => {
             // The exact integral of the straight lines between neighbouring samples.
@@ -176,26 +210,40 @@ pub fn shares(rule: Rule, plan: LinePlan, framing: &Framing, row: u32, lines: u3
             };
             let integral =
                 |k: f64| hat((bottom - k).clamp(-1.0, 1.0)) - hat((top - k).clamp(-1.0, 1.0));
-            steps(top.floor(), bottom.ceil() + 1.0)
-                .map(|k| share(k, integral(k) / (bottom - top)))
-                .filter(|share| share.weight > 0.0)
-                .collect()
+            let range = (top.floor(), bottom.ceil() + 1.0);
+            collect(range, lines, |k| (integral(k) / (bottom - top), all))
         }
         (Rule::Sampled(_, Weighting::Box) | Rule::Sloped(_), _) => {
-            steps(top.floor(), bottom.ceil())
-                .map(|k| {
-                    let (from, to) = (top.max(k) - k, bottom.min(k + 1.0) - k);
-                    Share { strip: (from, to), ..share(k, (to - from) / (bottom - top)) }
-                })
-                .filter(|share| share.weight > 0.0)
-                .collect()
+            collect((top.floor(), bottom.ceil()), lines, |k| {
+                let (from, to) = (top.max(k) - k, bottom.min(k + 1.0) - k);
+                ((to - from) / (bottom - top), (from, to))
+            })
         }
     }
 }
 
-/// The whole numbers of a half-open range.
-fn steps(from: f64, to: f64) -> impl Iterator<Item = f64> {
-    (0..(to - from).max(0.0) as u32).map(move |i| from + f64::from(i))
+/// The shares of the lines `range`, by a function that gives weight and part of the strip; what lies
+/// beyond the raster, however much, is one share more.
+fn collect(
+    (from, to): (f64, f64),
+    lines: u32,
+    part: impl Fn(f64) -> (f64, (f64, f64)),
+) -> Vec<Share> {
+    let (first, last) = (from.max(0.0), to.min(f64::from(lines)));
+    let count = (last - first).max(0.0) as u32;
+    let share = |i: u32| {
+        let k = first + f64::from(i);
+        let (weight, strip) = part(k);
+        Share { line: Some(k as u32), weight, strip }
+    };
+    let mut shares: Vec<Share> = (0..count).map(share).filter(|s| s.weight > 0.0).collect();
+    if first > from || last < to {
+        let inside: f64 = shares.iter().map(|share| share.weight).sum();
+        if inside < 1.0 - 1e-12 {
+            shares.push(Share { line: None, weight: 1.0 - inside, strip: (0.0, 1.0) });
+        }
+    }
+    shares
 }
 
 #[cfg(test)]

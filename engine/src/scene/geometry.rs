@@ -403,22 +403,30 @@ fn triangles(mesh: &Mesh, face: &Face) -> Vec<[u32; 3]> {
 
 /// Finds the planes of faces, one for all faces that lie in it.
 fn share_planes(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
-    let tolerance = COPLANARITY * extent(&mesh.points);
-    let origin = mesh.points.first().copied().unwrap_or(DVec3::ZERO);
+    let outline = |at: usize| mesh.outline(at).iter().map(|corner| mesh.points[*corner as usize]);
+    // A face's own reach, so that one stray vertex makes no others coplanar; buckets by what is usual.
+    let reach = |at: usize| outline(at).map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    let mut reaches: Vec<f64> = (0..mesh.face_count()).map(reach).collect();
+    let middle = reaches.len() / 2;
+    let usual = match reaches.is_empty() {
+        true => 0.0,
+        false => *reaches.select_nth_unstable_by(middle, f64::total_cmp).1,
+    };
+    let width = (usual * COPLANARITY * 1e4).max(1e-300);
     let mut supports: Vec<Support> = Vec::new();
     let mut support_of = Vec::with_capacity(mesh.face_count());
     let mut buckets: HashMap<[i64; 4], Vec<u32>> = HashMap::new();
     // Planes that are one fall into one bucket or into neighbouring ones.
     let bucket = |support: &Support| {
-        let offset = (support.point - origin).dot(support.normal) / (tolerance * 1e4).max(1e-300);
+        let offset = support.point.dot(support.normal) / width;
         let n = support.normal * 1e3;
         [n.x, n.y, n.z, offset]
     };
     for at in 0..mesh.face_count() {
-        let outline = mesh.outline(at);
-        let points = || outline.iter().map(|corner| mesh.points[*corner as usize]);
+        let points = || outline(at);
         let normal = plane_normal(points()).unwrap_or(DVec3::Y);
-        let point = points().sum::<DVec3>() / outline.len() as f64;
+        let point = point_of(points(), normal);
+        let tolerance = COPLANARITY * reach(at);
         let support = Support { point, normal };
         let turned = Support { point, normal: -normal };
         let known = [(&support, 0), (&turned, TURNED)].into_iter().find_map(|(support, turned)| {
@@ -441,6 +449,17 @@ fn share_planes(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
         support_of.push(index);
     }
     (supports, support_of)
+}
+
+/// The point of a face's plane, through the middle of its corners, that lies at the corner nearest to
+/// the origin: as exact as can be, where the middle of a face that reaches very far would not be.
+fn point_of(points: impl Iterator<Item = DVec3> + Clone, normal: DVec3) -> DVec3 {
+    let size = |p: &DVec3| p.abs().max_element();
+    let nearest = points.clone().min_by(|p, q| size(p).total_cmp(&size(q)));
+    let nearest = nearest.unwrap_or(DVec3::ZERO);
+    let count = points.clone().count().max(1) as f64;
+    let offset = points.map(|p| (p - nearest).dot(normal)).sum::<f64>() / count;
+    nearest + normal * offset
 }
 
 /// The bucket of a value, and those whose border it is near.

@@ -67,14 +67,12 @@ impl Guard {
     }
 }
 
-/// The point of an edge at which a linear function vanishes. The ends are sorted first, so that two
-/// faces cut their common edge at the same point in every bit.
+/// The point of an edge at which a linear function vanishes. Each end is weighed by the other's
+/// distance: exact even where one end is farther than the other by all the digits of a double, and the
+/// same in every bit for both faces of an edge.
 fn cut(p: &Homogeneous, at_p: f64, q: &Homogeneous, at_q: f64) -> Homogeneous {
-    let key = |p: &Homogeneous| [p.w, p.x, p.y];
-    let sorted = key(p).partial_cmp(&key(q)).is_none_or(|order| order.is_le());
-    let (p, at_p, q, at_q) = if sorted { (p, at_p, q, at_q) } else { (q, at_q, p, at_p) };
-    let t = at_p / (at_p - at_q);
-    let mix = |a: f64, b: f64| a + (b - a) * t;
+    let (s, t) = (at_q / (at_q - at_p), at_p / (at_p - at_q));
+    let mix = |a: f64, b: f64| a * s + b * t;
     Homogeneous { x: mix(p.x, q.x), y: mix(p.y, q.y), r: mix(p.r, q.r), w: mix(p.w, q.w) }
 }
 
@@ -116,6 +114,20 @@ mod tests {
         let p = Homogeneous { x: 3.0, y: 1.0, r: 1.0, w: 2.0 };
         let q = Homogeneous { x: -7.0, y: 5.0, r: 1.0, w: -1.0 };
         assert_eq!(cut(&p, 0.3, &q, -0.9), cut(&q, -0.9, &p, 0.3));
+    }
+
+    #[test]
+    fn an_end_at_the_end_of_the_world_leaves_the_other_where_it_is() {
+        let guard = Guard::new(Raster::new(100, 100).unwrap());
+        let at = |x: f64, y: f64| Homogeneous { x, y, r: 1.0, w: 1.0 };
+        for far in [1e6, 1e12, 1e20, 1e100, 1e300] {
+            let ring = guard.clip(&[at(-far, 10.0), at(50.0, 10.0), at(50.0, 90.0)]);
+            // The long side descends from 90 to 10 over the whole way: level, as far as we see.
+            let left = ring.iter().filter(|p| p.x < -60_000.0).map(|p| p.y / p.w);
+            assert!(left.clone().count() == 2, "{far}: {ring:?}");
+            let high = left.fold(0.0, f64::max);
+            assert!((high - 90.0).abs() <= 80.0 * 65_586.0 / far + 1e-9, "{far}: {high}");
+        }
     }
 
     #[test]

@@ -61,15 +61,8 @@ impl Resolve {
             (None, Some((x, y, width, height))) => Window { x, y, width, height },
             (None, None) => Window::whole(whole.columns.end, whole.rows.end),
         };
-        let window = window.within(whole.columns.end, whole.rows.end);
-        let framing = Framing {
-            pan: DVec2::from(self.pan),
-            columns: window.x..window.x + window.width,
-            rows: window.y..window.y + window.height,
-            vertical: self.vertical,
-            ..whole
-        };
-        Ok((raster, framing))
+        let placed = Framing { pan: DVec2::from(self.pan), vertical: self.vertical, ..whole };
+        Ok((raster, placed.cut(window)?))
     }
 }
 

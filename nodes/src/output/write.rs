@@ -10,8 +10,8 @@ use spandrel_engine::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Writes a picture to a file: PNG (8 or 16 bits, sRGB) or OpenEXR (half or float, scene-linear). The
-/// file is whole or not there: it is written beside its place and then renamed.
+/// Writes a picture to a file: PNG (8 or 16 bits, sRGB, straight alpha) or OpenEXR (half or float,
+/// scene-linear, associated alpha). The file is whole or not there: it is written beside its place and then renamed.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Write {
@@ -20,7 +20,9 @@ pub struct Write {
     /// The file; its ending, `.png` or `.exr`, decides the format. Folders are made as needed.
     pub path: OutFile,
     /// The channels to write. PNG holds `Color` only; EXR holds any: `Color` (R, G, B, A), `Z`
-    /// (distance in metres), `N` (normal), `P` (position), `Id` (object).
+    /// (distance along the view axis in metres, infinite for background), `N` (unit normal in world
+    /// axes), `P` (position in the world), `Id` (object). All but colour are those of the face that
+    /// covers most of the pixel, unfiltered.
     pub channels: BTreeSet<Channel>,
     /// Bits per sample: PNG 8 or 16, EXR 16 (half) or 32. Absent, the first. Z, P and ids are always 32.
     pub bits: Option<u32>,
@@ -64,10 +66,7 @@ impl Node for Write {
         if wanted.no_clobber {
             let path = upstream.directory().join(&self.path.0);
             if path.exists() {
-                return Err(Error::in_file(
-                    path,
-                    "exists already, and --no-clobber forbids to replace it",
-                ));
+                return Err(Error::output(path, "it exists, and --no-clobber leaves it alone"));
             }
         }
         let (channels, changed) = (self.channels.clone(), wanted.clone());

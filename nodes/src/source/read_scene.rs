@@ -47,6 +47,13 @@ impl Node for ReadScene {
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.resolve(inputs), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));
+        let without_area: usize = scene.faults().map(|(_, faults)| faults.without_area).sum();
+        if without_area > 0 {
+            let file = &file.0;
+            inputs.warn(&format!(
+                "{without_area} of its faces have no area and are left out: see `spandrel info {file}`"
+            ));
+        }
         Ok(scene)
     }
 }
