@@ -18,14 +18,15 @@ fn plan(per_row: u32) -> LinePlan {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Tiles and plain merging line by line find the same spans, bit for bit.
+    /// Tiles and plain merging line by line find the same spans and layers, bit for bit.
     #[test]
     fn both_ways_to_solve_visibility_agree(seed in 0u64..1 << 40, count in 1usize..60) {
         let view = scenes::front_view(61, 23);
-        let scene = scenes::scene("a", scenes::random_faces(seed, count));
+        let scene = scenes::scene("a", scenes::random_panes(seed, count));
         let fast = visible::render(&[scene.clone().into()], &view, plan(3), 0..23).unwrap();
         let slow = visible::render_by_merging(&[scene.into()], &view, plan(3), 0..23).unwrap();
         prop_assert_eq!(fast.lines(), slow.lines());
+        prop_assert_eq!(fast.layers(), slow.layers());
     }
 
     /// Rendering clusters apart and merging them is rendering them together, bit for bit.
@@ -33,7 +34,7 @@ proptest! {
     fn clusters_merge_to_what_they_are_together(seed in 0u64..1 << 40, count in 1usize..30) {
         let view = scenes::front_view(53, 17);
         let clusters: Vec<_> = (0..4)
-            .map(|i| scenes::scene(&format!("cluster {i}"), scenes::random_faces(seed + i, count)))
+            .map(|i| scenes::scene(&format!("cluster {i}"), scenes::random_panes(seed + i, count)))
             .collect();
         let together: Vec<visible::Cluster> = clusters.iter().cloned().map(Into::into).collect();
         let together = visible::render(&together, &view, plan(2), 0..17).unwrap();
@@ -282,7 +283,7 @@ fn merging_is_associative_commutative_and_idempotent() {
         let cluster = |i: u64| {
             // Shared faces among the clusters: many coincide.
             let scene =
-                scenes::scene(&format!("cluster {i}"), scenes::random_faces(seed * 3 + i / 2, 12));
+                scenes::scene(&format!("cluster {i}"), scenes::random_panes(seed * 3 + i / 2, 12));
             visible::render(&[scene.into()], &view, plan, 0..11).unwrap()
         };
         let [a, b, c] = [cluster(0), cluster(1), cluster(2)];

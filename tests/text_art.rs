@@ -40,6 +40,7 @@ fn draw(art: &str, faces: &[Depth]) -> SpanImage {
             rank: *rank,
             role: Role::Face,
             sees_front: true,
+            is_translucent: false,
         };
         writer.face(head, &[]).unwrap();
     }

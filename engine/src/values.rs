@@ -84,8 +84,13 @@ impl Value for SpanImage {
     }
 
     fn facts(&self) -> Vec<(&'static str, u64)> {
-        let spans = self.lines().spans().len() as u64;
-        vec![("spans", spans), ("faces", self.face_count() as u64)]
+        let spans = self.lines().items().len() as u64;
+        let mut facts = vec![("spans", spans), ("faces", self.face_count() as u64)];
+        let layers = self.layers().items().len() as u64;
+        if layers > 0 {
+            facts.push(("translucent segments", layers));
+        }
+        facts
     }
 }
 

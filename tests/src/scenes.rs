@@ -2,8 +2,13 @@
 
 use glam::DVec3;
 use spandrel_engine::camera::{Camera, View};
+use spandrel_engine::color::Color;
+use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
-use spandrel_engine::scene::{Face, Mesh, Object, Scene, Seal, Shape};
+use spandrel_engine::scene::{
+    AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Seal, Shape, Sides,
+};
+use std::path::Path;
 use std::sync::Arc;
 
 use crate::random::Random;
@@ -27,10 +32,20 @@ pub fn pixel_view(width: u32, height: u32) -> View {
     View::new(&camera, raster).expect("a parallel camera is a camera")
 }
 
-/// A scene of one mesh.
+/// A scene of one mesh, with the materials "pane" (red, half of it shines through) and "tint" (blue,
+/// three quarters of it).
 pub fn scene(label: &str, mesh: Mesh) -> Arc<Scene> {
-    let object = Object::new("mesh", Shape::Faces(mesh));
-    Arc::new(Scene::from_object(label, object).expect("meshes of tests are sound"))
+    let root = Object::new("mesh", Shape::Faces(mesh));
+    let mut document = Document::with_plan(Plan { root, ..Plan::default() });
+    for (name, color, alpha) in
+        [("pane", Color::new(0.8, 0.2, 0.1), 0.5), ("tint", Color::new(0.1, 0.3, 0.9), 0.25)]
+    {
+        let alpha_mode = AlphaMode::Blend;
+        let material = Material { color, alpha, alpha_mode, ..Material::default() };
+        document.materials.insert(name.to_owned(), material);
+    }
+    let scene = Scene::new(&document, None, label, Key::of(&document), Path::new(""));
+    Arc::new(scene.expect("meshes of tests are sound"))
 }
 
 /// A mesh of polygons.
@@ -45,8 +60,23 @@ pub fn polygons(polygons: &[Vec<DVec3>]) -> Mesh {
 
 /// Faces of all kinds, many of them crossing, some coincident, some reaching behind the eye.
 pub fn random_faces(seed: u64, count: usize) -> Mesh {
+    faces(seed, count, false)
+}
+
+/// The same, but about half of them let something through.
+pub fn random_panes(seed: u64, count: usize) -> Mesh {
+    faces(seed, count, true)
+}
+
+fn faces(seed: u64, count: usize, panes: bool) -> Mesh {
     let mut random = Random::new(seed);
+    let mut materials = Random::new(seed ^ 0x5eed);
+    let mut sides = || match materials.below(4) {
+        i @ 0..2 if panes => Sides { front: Some(i), ..Sides::default() },
+        _ => Sides::default(),
+    };
     let mut mesh = Mesh::default();
+    mesh.materials = vec!["pane".into(), "tint".into()];
     let mut last = Vec::new();
     for _ in 0..count {
         let far = if random.below(8) == 0 { 30.0 } else { 4.0 };
@@ -93,7 +123,8 @@ pub fn random_faces(seed: u64, count: usize) -> Mesh {
                 }
             }
             3 => {
-                let seal = Seal { outline: ring(&mut mesh, &star(6, 0.3)), ..Seal::default() };
+                let outline = ring(&mut mesh, &star(6, 0.3));
+                let seal = Seal { outline, sides: sides(), ..Seal::default() };
                 Face {
                     outline: ring(&mut mesh, &star(4, 1.0)),
                     seals: vec![seal],
@@ -105,6 +136,7 @@ pub fn random_faces(seed: u64, count: usize) -> Mesh {
                 Face { outline: ring(&mut mesh, &last), ..Face::default() }
             }
         };
+        let face = Face { sides: sides(), ..face };
         mesh.add_face(face).expect("faces of tests have three corners");
     }
     mesh

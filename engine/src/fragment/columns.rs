@@ -9,7 +9,7 @@ pub struct Columns(u32);
 impl Columns {
     /// No column.
     pub const NONE: Columns = Columns(0);
-    /// Colour, and whether lights act on it.
+    /// Colour, alpha, and whether lights act on it.
     pub const COLOR: Columns = Columns(1);
     /// The normal.
     pub const NORMAL: Columns = Columns(2);

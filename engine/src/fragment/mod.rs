@@ -46,6 +46,9 @@ pub struct Fragments<'v> {
     /// Scene-linear colour: the surface's own at first, and what the last shader made of it at the
     /// end ([`Columns::COLOR`]).
     pub color: Vec<Color>,
+    /// How much of what lies behind is hidden, in [0, 1] ([`Columns::COLOR`]). Surfaces that hide all of
+    /// it may leave the column empty.
+    pub alpha: Vec<f32>,
     /// Whether lights leave the surface alone ([`Columns::COLOR`]).
     pub unlit: Vec<bool>,
 }
@@ -63,6 +66,7 @@ impl<'v> Fragments<'v> {
             position: Vec::new(),
             normal: Vec::new(),
             color: Vec::new(),
+            alpha: Vec::new(),
             unlit: Vec::new(),
         }
     }
@@ -94,6 +98,9 @@ impl<'v> Fragments<'v> {
                 points.map(|((&x, &y), &depth)| self.view.world_point(x, y, depth)).collect();
         }
         surfaces.fill(wanted, self);
+        if wanted.contains(Columns::COLOR) {
+            self.alpha.resize(self.len(), 1.0);
+        }
     }
 }
 

@@ -15,6 +15,7 @@
 
 use std::collections::HashMap;
 
+use super::stacks::Stacks;
 use crate::camera::Plane;
 use crate::raster::Raster;
 use crate::span::{Edge, Face, FaceId, FaceTable, Role, Span, SpanImage};
@@ -43,7 +44,13 @@ impl<'a> Boundaries<'a> {
 
     /// The x in pixels at the top and bottom of the strip of line `k`, of the left boundary of every
     /// span but the first. Appends to `top` and `bottom`.
-    pub(super) fn of_line(&mut self, k: u32, top: &mut Vec<f64>, bottom: &mut Vec<f64>) {
+    pub(super) fn of_line(
+        &mut self,
+        k: u32,
+        stacks: &Stacks<'_>,
+        top: &mut Vec<f64>,
+        bottom: &mut Vec<f64>,
+    ) {
         let plan = self.image.plan();
         let (y, half) = (plan.y(k), 0.5 / f64::from(plan.per_row));
         if y < self.around.0 || y >= self.around.1 {
@@ -51,8 +58,8 @@ impl<'a> Boundaries<'a> {
             self.edges.clear();
         }
         let start = top.len();
-        for pair in self.image.lines().line(k).windows(2) {
-            let (above, below) = self.boundary(&pair[0], &pair[1], y, half);
+        for pair in stacks.spans(k).windows(2) {
+            let (above, below) = self.boundary(stacks, &pair[0], &pair[1], y, half);
             top.push(above);
             bottom.push(below);
         }
@@ -63,19 +70,27 @@ impl<'a> Boundaries<'a> {
         }
     }
 
-    fn boundary(&mut self, left: &Span, right: &Span, y: f64, half: f64) -> (f64, f64) {
+    fn boundary(
+        &mut self,
+        stacks: &Stacks<'_>,
+        left: &Span,
+        right: &Span,
+        y: f64,
+        half: f64,
+    ) -> (f64, f64) {
         let cell = right.x;
-        for id in [left.face, right.face] {
-            if id.is_some()
-                && let Some(edge) = self.edge_at(id, cell, y)
-            {
+        let (left, right) = (stacks.members(&left.face), stacks.members(&right.face));
+        let ends = left.iter().filter(|id| !right.contains(id));
+        let begins = right.iter().filter(|id| !left.contains(id));
+        for id in ends.chain(begins) {
+            if let Some(edge) = self.edge_at(*id, cell, y) {
                 // Alike upwards and downwards, so that the line's own x stays the mean.
                 let reach = half.min(y - edge.top.y).min(edge.bottom.y - y);
                 return (edge.x_at(y - reach), edge.x_at(y + reach));
             }
         }
         let x = self.raster.pixels(cell);
-        let slope = self.seam(left.face, right.face, x, y).unwrap_or(0.0);
+        let slope = self.seam(left, right, x, y).unwrap_or(0.0);
         (x - slope * half, x + slope * half)
     }
 
@@ -96,21 +111,19 @@ impl<'a> Boundaries<'a> {
         edges.iter().find(|edge| edge.crosses(y) && meets(edge)).copied()
     }
 
-    /// The slope, in pixels per pixel downwards, of the line along which two faces meet, or along which
+    /// The slope, in pixels per pixel downwards, of the line along which two faces, of what is seen on
+    /// the left and on the right, meet, or along which
     /// the front or back plane cuts one. `None` if it does not pass here: the boundary is no seam.
-    fn seam(&self, left: FaceId, right: FaceId, x: f64, y: f64) -> Option<f64> {
-        let plane = |id: FaceId| id.is_some().then(|| self.image.face(id).1.plane);
-        let (left, right) = (plane(left), plane(right));
+    fn seam(&self, left: &[FaceId], right: &[FaceId], x: f64, y: f64) -> Option<f64> {
+        let plane = |id: &FaceId| self.image.face(*id).1.plane;
         let (front, back) = self.image.view().depth_range();
-        let limits = [front, back].map(Plane::constant);
-        let pairs = [
-            left.zip(right),
-            left.map(|plane| (plane, limits[0])),
-            right.map(|plane| (plane, limits[0])),
-            left.map(|plane| (plane, limits[1])),
-            right.map(|plane| (plane, limits[1])),
-        ];
-        pairs.into_iter().flatten().find_map(|(p, q)| {
+        let met =
+            left.iter().flat_map(|p| right.iter().filter(move |q| *q != p).map(move |q| (p, q)));
+        let met = met.map(|(p, q)| (plane(p), plane(q)));
+        let limits = [front, back].map(Plane::constant).into_iter();
+        let cut =
+            limits.flat_map(|limit| left.iter().chain(right).map(move |id| (plane(id), limit)));
+        met.chain(cut).find_map(|(p, q)| {
             let (a, b, c) = (p.a - q.a, p.b - q.b, p.c - q.c);
             let meets = -(b * y + c) / a;
             let slope = -b / a;

@@ -6,12 +6,14 @@
 
 use super::boundary::Boundaries;
 use super::rule::{Framing, Rule, Share, shares};
+use super::stacks::Stacks;
 use crate::span::{FaceId, SpanImage};
 
 /// A face's share of some pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cover {
-    /// The face, or [`FaceId::NONE`] for background.
+    /// The face, or [`FaceId::NONE`] for background; or, with an id beyond those of all faces, what is
+    /// seen through translucent ones ([`Coverage::stack`]).
     pub face: FaceId,
     /// First pixel, a column of the picture.
     pub start: u32,
@@ -50,14 +52,22 @@ pub struct Coverage<'a> {
     rule: Rule,
     framing: &'a Framing,
     boundaries: Boundaries<'a>,
+    stacks: Stacks<'a>,
     strips: Vec<Strip>,
 }
 
 impl<'a> Coverage<'a> {
     /// Coverage of an image, which must have the rule's line plan.
     pub fn new(image: &'a SpanImage, rule: Rule, framing: &'a Framing) -> Coverage<'a> {
-        let boundaries = Boundaries::new(image);
-        Coverage { image, rule, framing, boundaries, strips: Vec::new() }
+        let (boundaries, stacks) = (Boundaries::new(image), Stacks::new(image));
+        Coverage { image, rule, framing, boundaries, stacks, strips: Vec::new() }
+    }
+
+    /// The faces that lie over each other in a cover of the last row, the nearest first, an opaque one
+    /// last; `None` if the id is that of a face.
+    #[inline(always)]
+    pub fn stack(&self, id: FaceId) -> Option<&[FaceId]> {
+        self.stacks.get(id)
     }
 
     /// The covers of a row of the picture, pixel by pixel from left to right. Appends to `out`.
@@ -65,6 +75,7 @@ impl<'a> Coverage<'a> {
         let plan = self.image.plan();
         let all = plan.lines(&(0..self.image.view().raster().height));
         let shares = shares(self.rule, plan, self.framing, row, all.end);
+        self.stacks.clear();
         self.strips.resize_with(shares.len().max(self.strips.len()), Strip::default);
         for (i, share) in shares.iter().enumerate() {
             self.fill(i, share);
@@ -96,7 +107,7 @@ impl<'a> Coverage<'a> {
 
     /// Places the boundaries of a share's line in the picture.
     fn fill(&mut self, i: usize, share: &Share) {
-        let Coverage { image, rule, framing, boundaries, strips } = self;
+        let Coverage { image, rule, framing, boundaries, stacks, strips } = self;
         let strip = &mut strips[i];
         strip.weight = share.weight;
         strip.cursor = 0;
@@ -108,7 +119,8 @@ impl<'a> Coverage<'a> {
         strip.bottom.push(f64::NEG_INFINITY);
         if let Some(k) = share.line {
             let raster = image.view().raster();
-            let line = image.lines().line(k);
+            stacks.prepare(k);
+            let line = stacks.spans(k);
             strip.y = image.plan().y(k);
             strip.top.push(0.0);
             strip.bottom.push(0.0);
@@ -117,7 +129,9 @@ impl<'a> Coverage<'a> {
                     strip.top.extend(line[1..].iter().map(|span| raster.pixels(span.x)));
                     strip.bottom.extend_from_slice(&strip.top[2..]);
                 }
-                Rule::Sloped(_) => boundaries.of_line(k, &mut strip.top, &mut strip.bottom),
+                Rule::Sloped(_) => {
+                    boundaries.of_line(k, stacks, &mut strip.top, &mut strip.bottom);
+                }
             }
             strip.faces.extend(line.iter().map(|span| span.face));
             strip.top.push(f64::from(raster.width));

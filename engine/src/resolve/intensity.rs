@@ -2,10 +2,9 @@
 
 use rayon::prelude::*;
 
-use crate::color::Color;
 use crate::fragment::Fragments;
-use crate::span::image::Intensities;
-use crate::span::{FaceId, SpanImage, line};
+use crate::span::image::{Intensities, Paint};
+use crate::span::{FaceId, Segment, SpanImage, line};
 use std::sync::Arc;
 
 /// Fragments shaded in one batch.
@@ -18,16 +17,16 @@ pub(super) fn of(image: &SpanImage) -> &Intensities {
 
 fn compute(image: &SpanImage) -> Intensities {
     let visible = visible_points(image);
-    let mut colors = vec![None; image.face_count()];
-    let shaded: Vec<(FaceId, Color)> = visible
+    let mut paints = vec![None; image.face_count()];
+    let shaded: Vec<(FaceId, Paint)> = visible
         .par_chunk_by(|a, b| image.locate(a.0).0 == image.locate(b.0).0)
         .flat_map(|of_source| of_source.par_chunks(BATCH).map(|batch| shade(image, batch)))
         .flatten_iter()
         .collect();
-    for (face, color) in shaded {
-        colors[face.0 as usize] = Some(color);
+    for (face, paint) in shaded {
+        paints[face.0 as usize] = Some(paint);
     }
-    Intensities::new(colors)
+    Intensities::new(paints)
 }
 
 /// Every visible face, ascending, with a line and cell at which it is seen.
@@ -40,13 +39,16 @@ fn visible_points(image: &SpanImage) -> Vec<(FaceId, u32, u32)> {
                 at[face.0 as usize].get_or_insert((k, range.start + (range.end - range.start) / 2));
             }
         }
+        for Segment { start, face, end } in image.layers().line(k) {
+            at[face.0 as usize].get_or_insert((k, start + (end - start) / 2));
+        }
     }
     let known = at.into_iter().enumerate();
     known.filter_map(|(id, at)| at.map(|(k, x)| (FaceId(id as u32), k, x))).collect()
 }
 
 /// Shades the faces of one source that are alike all over.
-fn shade(image: &SpanImage, batch: &[(FaceId, u32, u32)]) -> Vec<(FaceId, Color)> {
+fn shade(image: &SpanImage, batch: &[(FaceId, u32, u32)]) -> Vec<(FaceId, Paint)> {
     let Some((first, ..)) = batch.first() else { return Vec::new() };
     let (source, _) = image.face(*first);
     let mut fragments = Fragments::new(image.view());
@@ -60,5 +62,6 @@ fn shade(image: &SpanImage, batch: &[(FaceId, u32, u32)]) -> Vec<(FaceId, Color)
         }
     }
     source.shade(&mut fragments);
-    faces.into_iter().zip(fragments.color).collect()
+    let paints = fragments.color.into_iter().zip(fragments.alpha);
+    faces.into_iter().zip(paints.map(|(color, alpha)| Paint { color, alpha })).collect()
 }

@@ -4,12 +4,14 @@
 //! 2. *Intensity*: faces whose shading is the same all over are shaded once; this is \[N]'s stored
 //!    intensity, a memo of the image, which a new light replaces without touching spans.
 //! 3. *Fragments*: covers of other faces are shaded one by one, in batches ([`shade`](self)).
-//! 4. Colours are added up, weighted by coverage (\[N] eq. 2).
+//! 4. Where translucent faces lie over others, colours are blended fragment by fragment.
+//! 5. Colours are added up, weighted by coverage (\[N] eq. 2).
 
 mod boundary;
 pub mod coverage;
 mod intensity;
 pub mod rule;
+mod stacks;
 mod stream;
 
 pub use coverage::{Cover, Coverage};

@@ -1,15 +1,15 @@
 //! The stream of fragments: covers in, pixels out.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::ops::Range;
 
 use super::Channel;
 use super::coverage::{Cover, Coverage};
 use super::rule::Framing;
-use crate::color::Color;
 use crate::fragment::{Columns, Fragments};
 use crate::key::Key;
 use crate::raster::Rows;
-use crate::span::image::Intensities;
+use crate::span::image::{Intensities, Paint};
 use crate::span::{FaceId, SpanImage};
 
 /// Fragments shaded in one batch, about.
@@ -34,6 +34,10 @@ pub(super) struct Stream<'a> {
     coverage: Coverage<'a>,
     /// By source: the fragments that wait to be shaded.
     waiting: Vec<Waiting<'a>>,
+    /// By source: the fragments that lie over each other, to be shaded before they are blended.
+    layered: Vec<Fragments<'a>>,
+    blends: Vec<Blend>,
+    members: Vec<Member>,
     covers: Vec<Cover>,
     /// Ids of objects by source and ordinal.
     objects: HashMap<(usize, u32), u32>,
@@ -43,6 +47,22 @@ struct Waiting<'a> {
     fragments: Fragments<'a>,
     /// The pixel that each fragment belongs to, and its share of it.
     pixels: Vec<(usize, f32)>,
+}
+
+/// A stack's share of a pixel.
+struct Blend {
+    pixel: usize,
+    area: f32,
+    /// Where its fragments stand in the list of members, from front to back.
+    members: Range<usize>,
+}
+
+/// A fragment of a stack.
+struct Member {
+    point: Point,
+    /// Its place in the batch of its source.
+    source: usize,
+    index: usize,
 }
 
 /// A point on a face.
@@ -64,8 +84,20 @@ impl<'a> Stream<'a> {
         let waiting =
             |_: &_| Waiting { fragments: Fragments::new(image.view()), pixels: Vec::new() };
         let waiting = image.sources().iter().map(waiting).collect();
-        let (covers, objects) = (Vec::new(), HashMap::new());
-        Stream { image, framing, intensities, channels, coverage, waiting, covers, objects }
+        let layered = image.sources().iter().map(|_| Fragments::new(image.view())).collect();
+        Stream {
+            image,
+            framing,
+            intensities,
+            channels,
+            coverage,
+            waiting,
+            layered,
+            blends: Vec::new(),
+            members: Vec::new(),
+            covers: Vec::new(),
+            objects: HashMap::new(),
+        }
     }
 
     /// Computes the pixels of rows of the picture; returns what ids mean.
@@ -84,6 +116,10 @@ impl<'a> Stream<'a> {
             self.coverage.row(row, &mut covers);
             let first = i * width;
             for cover in &covers {
+                if self.coverage.stack(cover.face).is_some() {
+                    self.stack(cover, first);
+                    continue;
+                }
                 if wants_color {
                     self.color(cover, first, &mut pixels);
                 }
@@ -103,6 +139,7 @@ impl<'a> Stream<'a> {
                 self.shade(source, &mut pixels);
             }
         }
+        self.blend(&mut pixels, &mut most);
         self.most(&most, &mut pixels)
     }
 
@@ -119,9 +156,9 @@ impl<'a> Stream<'a> {
         }
         let start = first + (cover.start - self.framing.columns.start) as usize;
         let end = start + (cover.end - cover.start) as usize;
-        if let Some(color) = self.intensities.of(cover.face) {
+        if let Some(paint) = self.intensities.of(cover.face) {
             for at in start..end {
-                add(pixels, at, color, cover.area);
+                add(pixels, at, paint, cover.area);
             }
             return;
         }
@@ -143,8 +180,62 @@ impl<'a> Stream<'a> {
         let mut fragments =
             std::mem::replace(&mut waiting.fragments, Fragments::new(self.image.view()));
         self.image.sources()[source].shade(&mut fragments);
-        for ((at, area), color) in waiting.pixels.drain(..).zip(fragments.color) {
-            add(pixels, at, color, area);
+        let paints = fragments.color.into_iter().zip(fragments.alpha);
+        for ((at, area), (color, alpha)) in waiting.pixels.drain(..).zip(paints) {
+            add(pixels, at, Paint { color, alpha }, area);
+        }
+    }
+
+    /// Adds the fragments of a cover whose faces lie over each other to their batches.
+    fn stack(&mut self, cover: &Cover, first: usize) {
+        for pixel in cover.start..cover.end {
+            let Point { x, y, .. } = self.point(cover, pixel);
+            let start = self.members.len();
+            for face in self.coverage.stack(cover.face).unwrap_or(&[]) {
+                let (source, place) = self.image.locate(*face);
+                let known = &self.image.sources()[source].faces.faces()[place];
+                let batch = &mut self.layered[source];
+                let point = Point { face: *face, x, y };
+                self.members.push(Member { point, source, index: batch.len() });
+                batch.push(known.ordinal, known.sees_front, x, y, known.plane.depth(x, y));
+            }
+            let pixel = first + (pixel - self.framing.columns.start) as usize;
+            let members = start..self.members.len();
+            self.blends.push(Blend { pixel, area: cover.area, members });
+        }
+    }
+
+    /// Shades what lies over each other and blends it, from front to back.
+    fn blend(&mut self, pixels: &mut Pixels<'_>, most: &mut [(f32, Point)]) {
+        if self.blends.is_empty() {
+            return;
+        }
+        for (source, batch) in self.image.sources().iter().zip(&mut self.layered) {
+            source.shade(batch);
+        }
+        for Blend { pixel, area, members } in self.blends.drain(..) {
+            let members = &self.members[members];
+            let mut through = 1.0;
+            let mut solid = None;
+            for Member { point, source, index } in members {
+                let (color, alpha) =
+                    (self.layered[*source].color[*index], self.layered[*source].alpha[*index]);
+                if !pixels.color[0].is_empty() {
+                    add(pixels, pixel, Paint { color, alpha }, area * through);
+                }
+                through *= 1.0 - alpha;
+                // What other channels show: the nearest through which less than half is seen.
+                solid = solid.or((through < 0.5).then_some(*point));
+            }
+            if let Some(most) = most.get_mut(pixel).filter(|most| area > most.0)
+                && let Some(point) = solid
+            {
+                *most = (area, point);
+            }
+        }
+        self.members.clear();
+        for batch in &mut self.layered {
+            *batch = Fragments::new(self.image.view());
         }
     }
 
@@ -203,10 +294,12 @@ impl<'a> Stream<'a> {
 }
 
 #[inline(always)]
-fn add(pixels: &mut Pixels<'_>, at: usize, color: Color, area: f32) {
+fn add(pixels: &mut Pixels<'_>, at: usize, paint: Paint, area: f32) {
+    let Paint { color, alpha } = paint;
     let [r, g, b, a] = &mut pixels.color;
-    r[at] += color.r * area;
-    g[at] += color.g * area;
-    b[at] += color.b * area;
-    a[at] += area;
+    let weight = area * alpha;
+    r[at] += color.r * weight;
+    g[at] += color.g * weight;
+    b[at] += color.b * weight;
+    a[at] += weight;
 }

@@ -42,6 +42,16 @@ impl Default for Material {
     }
 }
 
+impl Material {
+    /// How much of what lies behind is hidden where no vertex or picture says more.
+    pub fn opacity(&self) -> f32 {
+        match self.alpha_mode {
+            AlphaMode::Blend => self.alpha.clamp(0.0, 1.0),
+            AlphaMode::Opaque | AlphaMode::Mask(_) => 1.0,
+        }
+    }
+}
+
 fn is_one(value: &f32) -> bool {
     *value == 1.0
 }

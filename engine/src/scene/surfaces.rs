@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::face::{Back, Sides};
 use super::flat::{Instance, Scene};
 use super::geometry::{Frame, Part};
+use super::material::AlphaMode;
 use crate::color::Color;
 use crate::fragment::{Columns, Fragments, Surfaces};
 
@@ -23,6 +24,9 @@ struct Look<'s> {
     place: &'s (DAffine3, DMat3),
     /// Material colour, or the edge's.
     color: Color,
+    alpha: f32,
+    /// Whether vertex alpha counts.
+    blends: bool,
     unlit: bool,
     /// The unit normal of the front in world axes.
     normal: DVec3,
@@ -61,22 +65,23 @@ impl SceneSurfaces {
             _ => None,
         };
         let material = &self.scene.materials[instance.material_of(sides, sees_front) as usize];
-        let (color, unlit) = match edge {
-            Some(edge) => (edge.color, true),
-            None => (material.color, material.unlit),
+        let (color, alpha, unlit) = match edge {
+            Some(edge) => (edge.color, 1.0, true),
+            None => (material.color, material.opacity(), material.unlit),
         };
+        let blends = edge.is_none() && material.alpha_mode == AlphaMode::Blend;
         let place = &self.places[at];
         let front = instance.geometry.normal(face);
         let interpolates = edge.is_none() && !(mesh.colors.is_empty() && mesh.normals.is_empty());
         let frame = interpolates.then(|| Frame::new(mesh, mesh.outline(face), front));
         let normal = (place.1 * front).normalize_or_zero();
-        Look { instance, place, color, unlit, normal, frame, sees_front }
+        Look { instance, place, color, alpha, blends, unlit, normal, frame, sees_front }
     }
 }
 
 impl Look<'_> {
-    fn at(&self, world: DVec3) -> (Color, Vec3) {
-        let (mut color, mut normal) = (self.color, self.normal);
+    fn at(&self, world: DVec3) -> (Color, f32, Vec3) {
+        let (mut color, mut alpha, mut normal) = (self.color, self.alpha, self.normal);
         if let Some(frame) = &self.frame {
             let mesh = self.instance.geometry.mesh();
             let weights = frame.weights(self.place.0.transform_point3(world));
@@ -87,6 +92,9 @@ impl Look<'_> {
                     values.sum::<f32>()
                 };
                 color = color * Color::new(mixed(0), mixed(1), mixed(2));
+                if self.blends {
+                    alpha = (alpha * mixed(3)).clamp(0.0, 1.0);
+                }
             }
             if !mesh.normals.is_empty() {
                 let mixed: Vec3 =
@@ -94,7 +102,7 @@ impl Look<'_> {
                 normal = (self.place.1 * mixed.as_dvec3()).try_normalize().unwrap_or(self.normal);
             }
         }
-        (color, if self.sees_front { normal } else { -normal }.as_vec3())
+        (color, alpha, if self.sees_front { normal } else { -normal }.as_vec3())
     }
 }
 
@@ -119,9 +127,10 @@ impl Surfaces for SceneSurfaces {
                     fragments.view.world_point(x, y, fragments.depth[i])
                 }
             };
-            let (color, normal) = look.at(world);
+            let (color, alpha, normal) = look.at(world);
             if colors {
                 fragments.color.push(color);
+                fragments.alpha.push(alpha);
                 fragments.unlit.push(look.unlit);
             }
             if normals {
@@ -152,6 +161,31 @@ impl Surfaces for SceneSurfaces {
 
     fn object(&self, ordinal: u32) -> String {
         self.scene.instances[self.scene.part(ordinal).0].path.clone()
+    }
+}
+
+impl Scene {
+    /// Whether a part of an instance's face lets through what lies behind it, from the side that is
+    /// seen.
+    pub fn is_translucent(
+        &self,
+        instance: &Instance,
+        face: usize,
+        part: Part,
+        sees_front: bool,
+    ) -> bool {
+        let mesh = instance.geometry.mesh();
+        let sides = match part {
+            Part::Face => mesh.sides(face),
+            Part::Seal(i) => mesh.seals(face)[i as usize].sides,
+            Part::FaceEdges | Part::SealEdges(_) => return false,
+        };
+        let material = &self.materials[instance.material_of(sides, sees_front) as usize];
+        if material.alpha_mode != AlphaMode::Blend {
+            return false;
+        }
+        let vertex = |corner: &u32| mesh.colors.get(*corner as usize).is_some_and(|c| c[3] < 1.0);
+        material.alpha < 1.0 || mesh.outline(face).iter().any(vertex)
     }
 }
 

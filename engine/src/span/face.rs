@@ -48,6 +48,8 @@ pub struct Face {
     pub role: Role,
     /// Whether its front is seen.
     pub sees_front: bool,
+    /// Whether it lets through what lies behind it: its segments are [layers](super::layer).
+    pub is_translucent: bool,
     /// Whether it is one ring that no line crosses more than twice: every convex polygon, and others.
     pub is_monotone: bool,
     first_corner: u32,
@@ -236,6 +238,8 @@ pub struct FaceHead {
     pub role: Role,
     /// Whether its front is seen.
     pub sees_front: bool,
+    /// Whether it lets through what lies behind it.
+    pub is_translucent: bool,
 }
 
 impl FaceTableBuilder {
@@ -302,7 +306,7 @@ impl FaceTableBuilder {
         head: FaceHead,
         rings: impl IntoIterator<Item = &'r [u32]>,
     ) -> Result<u32> {
-        let FaceHead { ordinal, plane, rank, role, sees_front } = head;
+        let FaceHead { ordinal, plane, rank, role, sees_front, is_translucent } = head;
         let extreme = |v: f64| !v.is_finite() || v.abs() > MAX_COEFFICIENT;
         if extreme(plane.a) || extreme(plane.b) || extreme(plane.c) {
             return Err(Error::invalid(format!("face {ordinal} has no finite depth: {plane:?}")));
@@ -330,6 +334,7 @@ impl FaceTableBuilder {
             rank,
             role,
             sees_front,
+            is_translucent,
             is_monotone: ring_count == 1 && role == Role::Face,
             first_corner: first_corner as u32,
             corners: corners as u32,
@@ -384,6 +389,7 @@ impl FaceTableBuilder {
                     rank: face.rank,
                     role,
                     sees_front: face.sees_front,
+                    is_translucent: face.is_translucent,
                 };
                 union.face(head, rings.iter().map(Vec::as_slice))?;
             }

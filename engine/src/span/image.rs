@@ -1,10 +1,11 @@
 //! All lines of a picture, and the merge of pictures.
 
-use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::sync::{Arc, OnceLock};
 
+use super::layer::{self, Segment};
 use super::line::{self, Span};
+use super::per_line::PerLine;
 use super::{Face, FaceId, OnLine, Source};
 use crate::camera::View;
 use crate::color::Color;
@@ -12,81 +13,11 @@ use crate::error::{Error, Result};
 use crate::fragment::Shader;
 use crate::raster::{LinePlan, Rows};
 
-/// The lines of a range of rows.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Lines {
-    first: u32,
-    /// Where each line begins in `spans`; one more entry than lines.
-    starts: Vec<usize>,
-    spans: Vec<Span>,
-}
+/// The opaque spans of a range of rows.
+pub type Lines = PerLine<Span>;
 
-impl Lines {
-    /// Computes the lines `lines`, in parallel, by a function that appends one line's spans.
-    pub fn compute(lines: std::ops::Range<u32>, one: impl Fn(u32, &mut Vec<Span>) + Sync) -> Lines {
-        const CHUNK: u32 = 64;
-        let chunks = lines.end.saturating_sub(lines.start).div_ceil(CHUNK);
-        let parts: Vec<Lines> = (0..chunks)
-            .into_par_iter()
-            .map(|chunk| {
-                let first = lines.start + chunk * CHUNK;
-                let mut part = Lines { first, starts: vec![0], spans: Vec::new() };
-                for k in first..lines.end.min(first + CHUNK) {
-                    one(k, &mut part.spans);
-                    part.starts.push(part.spans.len());
-                }
-                part
-            })
-            .collect();
-        Lines::join(lines.start, parts)
-    }
-
-    /// Joins runs of consecutive lines. `parts` must be in order and without gaps.
-    pub fn join(first: u32, parts: Vec<Lines>) -> Lines {
-        let lines: usize = parts.iter().map(|part| part.starts.len() - 1).sum();
-        let spans: usize = parts.iter().map(|part| part.spans.len()).sum();
-        let mut all = Lines {
-            first,
-            starts: Vec::with_capacity(lines + 1),
-            spans: Vec::with_capacity(spans),
-        };
-        all.starts.push(0);
-        for part in parts {
-            let offset = all.spans.len();
-            all.starts.extend(part.starts[1..].iter().map(|start| start + offset));
-            all.spans.extend_from_slice(&part.spans);
-        }
-        all
-    }
-
-    /// Lines from their spans, one after another; `starts` has one more entry than there are lines.
-    pub fn from_parts(first: u32, starts: Vec<usize>, spans: Vec<Span>) -> Lines {
-        debug_assert!(starts.first() == Some(&0) && starts.last() == Some(&spans.len()));
-        Lines { first, starts, spans }
-    }
-
-    /// The numbers of the lines held.
-    pub fn range(&self) -> std::ops::Range<u32> {
-        self.first..self.first + (self.starts.len() - 1) as u32
-    }
-
-    /// The spans of line `k`, which must be in [`range`](Lines::range).
-    #[inline]
-    pub fn line(&self, k: u32) -> &[Span] {
-        let i = (k - self.first) as usize;
-        &self.spans[self.starts[i]..self.starts[i + 1]]
-    }
-
-    /// All spans, line after line.
-    pub fn spans(&self) -> &[Span] {
-        &self.spans
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.spans) + size_of_val(&*self.starts)
-    }
-}
+/// The segments of translucent faces of a range of rows.
+pub type Layers = PerLine<Segment>;
 
 /// A picture as spans: the visible segments of every line of a range of rows, with their faces, and
 /// the sources that the faces come from.
@@ -103,25 +34,11 @@ pub struct SpanImage {
     /// The id of each source's first face.
     bases: Vec<u32>,
     lines: Arc<Lines>,
+    layers: Arc<Layers>,
     intensities: OnceLock<Arc<Intensities>>,
 }
 
 impl SpanImage {
-    /// An image of one source. `lines` holds the lines of `rows`; face ids are places in the source's
-    /// table.
-    pub fn new(view: View, plan: LinePlan, rows: Rows, source: Source, lines: Lines) -> SpanImage {
-        debug_assert_eq!(lines.range(), plan.lines(&rows));
-        SpanImage {
-            view,
-            plan,
-            rows,
-            sources: vec![Arc::new(source)],
-            bases: vec![0],
-            lines: Arc::new(lines),
-            intensities: OnceLock::new(),
-        }
-    }
-
     /// An image on which nothing is seen: the identity of [`merge`](SpanImage::merge).
     pub fn empty(view: View, plan: LinePlan, rows: Rows) -> SpanImage {
         let background = |_, out: &mut Vec<Span>| out.push(Span { x: 0, face: FaceId::NONE });
@@ -129,10 +46,11 @@ impl SpanImage {
         SpanImage {
             view,
             plan,
-            rows,
             sources: Vec::new(),
             bases: Vec::new(),
             lines,
+            layers: Arc::new(Layers::empty(plan.lines(&rows))),
+            rows,
             intensities: OnceLock::new(),
         }
     }
@@ -152,11 +70,14 @@ impl SpanImage {
         assemble(std::slice::from_ref(&empty), sources).map(|(frame, _)| frame)
     }
 
-    /// The image with other lines, whose ids are this one's.
+    /// The image with other lines and layers, whose ids are this one's. Layers must be visible, in
+    /// their [one form](super::layer).
     #[must_use]
-    pub fn with_lines(self, lines: Lines) -> SpanImage {
+    pub fn with_lines(self, lines: Lines, layers: Layers) -> SpanImage {
         debug_assert_eq!(lines.range(), self.plan.lines(&self.rows));
-        SpanImage { lines: Arc::new(lines), intensities: OnceLock::new(), ..self }
+        debug_assert_eq!(layers.range(), lines.range());
+        let (lines, layers) = (Arc::new(lines), Arc::new(layers));
+        SpanImage { lines, layers, intensities: OnceLock::new(), ..self }
     }
 
     /// The projection.
@@ -179,9 +100,14 @@ impl SpanImage {
         &self.sources
     }
 
-    /// The lines.
+    /// The opaque spans.
     pub fn lines(&self) -> &Lines {
         &self.lines
+    }
+
+    /// The segments of translucent faces.
+    pub fn layers(&self) -> &Layers {
+        &self.layers
     }
 
     /// The place of a face's source in [`sources`](SpanImage::sources), and of the face in its table.
@@ -226,7 +152,8 @@ impl SpanImage {
 
     /// Bytes held, shared parts included.
     pub fn bytes(&self) -> usize {
-        self.lines.bytes() + self.sources.iter().map(|source| source.faces.bytes()).sum::<usize>()
+        let spans = self.lines.bytes() + self.layers.bytes();
+        spans + self.sources.iter().map(|source| source.faces.bytes()).sum::<usize>()
     }
 
     /// The image with a shader at the end of the stacks of all its sources. Spans are untouched.
@@ -269,7 +196,22 @@ impl SpanImage {
                 images.iter().zip(&places).map(|(image, map)| map.renamed(image, k)).collect();
             merge_layers(&layers, cells, &on_line, out);
         });
-        Ok(SpanImage { lines: Arc::new(lines), ..frame })
+        if images.iter().all(|image| image.layers.items().is_empty()) {
+            return Ok(SpanImage { lines: Arc::new(lines), ..frame });
+        }
+        let layers = Layers::compute(lines.range(), |k, out| {
+            let y = frame.plan.y(k);
+            let on_line = |face| frame.on_line(face, y);
+            let start = out.len();
+            for (image, map) in images.iter().zip(&places) {
+                let renamed =
+                    |segment: &Segment| Segment { face: map.of(image, segment.face), ..*segment };
+                let own: Vec<Segment> = image.layers.line(k).iter().map(renamed).collect();
+                layer::clip(&own, lines.line(k), cells, on_line, out);
+            }
+            layer::normalize(out, start);
+        });
+        Ok(SpanImage { lines: Arc::new(lines), layers: Arc::new(layers), ..frame })
     }
 
     fn check_mergeable(&self, other: &SpanImage) -> Result<()> {
@@ -294,20 +236,29 @@ impl SpanImage {
     }
 }
 
-/// By face id, the colour of every visible face that is shaded alike all over: \[N]'s stored
+/// What shading makes of a fragment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Paint {
+    /// Its colour, scene-linear, as if nothing shone through.
+    pub color: Color,
+    /// How much of what lies behind it hides, in [0, 1].
+    pub alpha: f32,
+}
+
+/// By face id, the paint of every visible face that is shaded alike all over: \[N]'s stored
 /// intensities.
 #[derive(Debug, Default)]
-pub struct Intensities(Vec<Option<Color>>);
+pub struct Intensities(Vec<Option<Paint>>);
 
 impl Intensities {
     /// Intensities by face id.
-    pub(crate) fn new(colors: Vec<Option<Color>>) -> Intensities {
-        Intensities(colors)
+    pub(crate) fn new(paints: Vec<Option<Paint>>) -> Intensities {
+        Intensities(paints)
     }
 
     /// The intensity of a face, if it is shaded alike all over and visible.
     #[inline(always)]
-    pub fn of(&self, face: FaceId) -> Option<Color> {
+    pub fn of(&self, face: FaceId) -> Option<Paint> {
         self.0[face.0 as usize]
     }
 }
@@ -320,6 +271,7 @@ impl PartialEq for SpanImage {
             && self.sources.iter().zip(&other.sources).all(|(a, b)| a.order(b) == Ordering::Equal)
             && self.bases == other.bases
             && self.lines == other.lines
+            && self.layers == other.layers
     }
 }
 
@@ -349,15 +301,17 @@ fn merge_layers(
 struct Places(Vec<(u32, Option<Vec<u32>>)>);
 
 impl Places {
+    /// The new id of a face.
+    fn of(&self, image: &SpanImage, face: FaceId) -> FaceId {
+        let (source, place) = image.locate(face);
+        let (base, table) = &self.0[source];
+        FaceId(base + table.as_ref().map_or(place as u32, |table| table[place]))
+    }
+
     fn renamed(&self, image: &SpanImage, k: u32) -> Vec<Span> {
-        let rename = |span: &Span| {
-            if !span.face.is_some() {
-                return *span;
-            }
-            let (source, place) = image.locate(span.face);
-            let (base, table) = &self.0[source];
-            let place = table.as_ref().map_or(place as u32, |table| table[place]);
-            Span { x: span.x, face: FaceId(base + place) }
+        let rename = |span: &Span| match span.face.is_some() {
+            true => Span { x: span.x, face: self.of(image, span.face) },
+            false => *span,
         };
         image.lines.line(k).iter().map(rename).collect()
     }
@@ -427,11 +381,20 @@ fn assemble(
         .iter()
         .zip(&first.bases)
         .all(|((base, table), old)| base == old && table.is_none());
-    let lines = if stays || images.len() > 1 {
-        first.lines.clone()
+    let (lines, layers) = if stays || images.len() > 1 {
+        (first.lines.clone(), first.layers.clone())
     } else {
         let rename = |k, out: &mut Vec<Span>| out.extend(places[0].renamed(first, k));
-        Arc::new(Lines::compute(first.lines.range(), rename))
+        let layers =
+            Layers::compute(first.layers.range(), |k, out| {
+                let start = out.len();
+                out.extend(first.layers.line(k).iter().map(|segment| Segment {
+                    face: places[0].of(first, segment.face),
+                    ..*segment
+                }));
+                layer::normalize(out, start);
+            });
+        (Arc::new(Lines::compute(first.lines.range(), rename)), Arc::new(layers))
     };
     let frame = SpanImage {
         view: first.view.clone(),
@@ -440,6 +403,7 @@ fn assemble(
         sources: united,
         bases,
         lines,
+        layers,
         intensities: OnceLock::new(),
     };
     Ok((frame, places))

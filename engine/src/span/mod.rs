@@ -4,20 +4,24 @@
 //! plane, so depth is a function and not a sample. [`merge`](SpanImage::merge) of any number of images
 //! is the maximum, cell by cell, under the total order of [`order`].
 //!
-//! Reading path: [`order`] (which face is nearer), [`mod@line`] (a line and the merge of two), [`face`]
-//! (planes and outlines), [`image`] (all lines of a picture, and the merge of pictures), [`writer`]
+//! Reading path: [`order`] (which face is nearer), [`mod@line`] (a line and the merge of two), [`layer`]
+//! (translucent faces), [`face`] (planes and outlines), [`image`] (all lines of a picture, and the merge of pictures), [`writer`]
 //! (for renderers of other people).
 
 pub mod face;
 pub mod image;
+pub mod layer;
 pub mod line;
 pub mod order;
+pub mod per_line;
 pub mod source;
 pub mod writer;
 
 pub use face::{Edge, Face, FaceHead, FaceId, FaceTable, FaceTableBuilder, Ring, Role};
-pub use image::{Lines, SpanImage};
+pub use image::{Layers, Lines, SpanImage};
+pub use layer::Segment;
 pub use line::Span;
 pub use order::OnLine;
+pub use per_line::PerLine;
 pub use source::Source;
 pub use writer::SpanWriter;

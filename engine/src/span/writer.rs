@@ -3,8 +3,9 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::layer::{self, Segment};
 use super::line;
-use super::{FaceHead, FaceId, FaceTableBuilder, Lines, OnLine, Source, SpanImage};
+use super::{FaceHead, FaceId, FaceTableBuilder, Layers, Lines, Source, SpanImage};
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::fragment::Surfaces;
@@ -33,6 +34,7 @@ use crate::raster::{LinePlan, Rows};
 ///     rank: 0,
 ///     role: Role::Face,
 ///     sees_front: true,
+///     is_translucent: false,
 /// };
 /// let wall = writer.face(head, &[])?;
 /// for line in writer.lines() {
@@ -117,28 +119,40 @@ impl SpanWriter {
     /// The finished image: one source, named `label`, whose contents `scene` identifies.
     ///
     /// # Errors
-    /// Never at present; a result so that limits can be checked.
+    /// If there are more faces than ids (2^32 - 1).
     pub fn finish(self, label: &str, scene: Key, surfaces: Arc<dyn Surfaces>) -> Result<SpanImage> {
         let SpanWriter { view, plan, rows, faces, segments, .. } = self;
-        let faces = faces.finish();
-        let raster = view.raster();
-        let range = plan.lines(&rows);
-        let first = range.start;
-        let lines = Lines::compute(range, |k, out| {
-            let y = plan.y(k);
-            let on_line = |id: FaceId| {
-                let face = &faces.faces()[id.0 as usize];
-                OnLine::new(&face.plane, face.rank, id, y, raster)
-            };
-            line::envelope(&segments[(k - first) as usize], raster.cells(), &on_line, out);
-        });
         let source = Source {
             label: label.to_owned(),
             scene,
             surfaces,
             stack: Vec::new(),
-            faces: Arc::new(faces),
+            faces: Arc::new(faces.finish()),
         };
-        Ok(SpanImage::new(view, plan, rows, source, lines))
+        let cells = view.raster().cells();
+        let range = plan.lines(&rows);
+        let first = range.start;
+        let frame = SpanImage::frame(view, plan, rows, vec![source])?;
+        let opaque = |(_, id): &&(Range<u32>, FaceId)| !frame.face(*id).1.is_translucent;
+        let lines = Lines::compute(range.clone(), |k, out| {
+            let y = plan.y(k);
+            let all = &segments[(k - first) as usize];
+            let all: Vec<(Range<u32>, FaceId)> = all.iter().filter(opaque).cloned().collect();
+            line::envelope(&all, cells, &|id| frame.on_line(id, y), out);
+        });
+        let layers = Layers::compute(range, |k, out| {
+            let y = plan.y(k);
+            let all = segments[(k - first) as usize].iter().filter(|segment| !opaque(segment));
+            let own = |(range, face): &(Range<u32>, FaceId)| Segment {
+                start: range.start,
+                face: *face,
+                end: range.end,
+            };
+            let all: Vec<Segment> = all.map(own).collect();
+            let start = out.len();
+            layer::clip(&all, lines.line(k), cells, |id| frame.on_line(id, y), out);
+            layer::normalize(out, start);
+        });
+        Ok(frame.with_lines(lines, layers))
     }
 }

@@ -35,7 +35,8 @@ pub(super) struct Bins {
 type Bands = (u32, u32);
 
 impl Bins {
-    pub(super) fn new(frame: &SpanImage, lines: &Range<u32>) -> Bins {
+    /// The faces of a frame that are translucent, or those that are not.
+    pub(super) fn new(frame: &SpanImage, lines: &Range<u32>, translucent: bool) -> Bins {
         let count = lines.len().div_ceil(LANES);
         let faces: Vec<(Bands, Entry)> = frame
             .sources()
@@ -43,12 +44,13 @@ impl Bins {
             .enumerate()
             .flat_map(|(source, known)| {
                 let table = &*known.faces;
-                let entry = |(place, face)| {
+                let entry = |(place, face): (usize, &Face)| {
                     let id = frame.id(source, place);
                     (bands(frame, lines, table, face), Entry::new(table, face, id, frame))
                 };
-                let faces = table.faces().par_iter().with_min_len(4096);
-                faces.enumerate().map(entry).collect::<Vec<_>>()
+                let faces = table.faces().par_iter().with_min_len(4096).enumerate();
+                let meant = faces.filter(|(_, face)| face.is_translucent == translucent);
+                meant.map(entry).collect::<Vec<_>>()
             })
             .collect();
         let mut starts = vec![0; count + 1];

@@ -14,6 +14,7 @@ mod clip;
 pub mod setup;
 mod tiles;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::camera::View;
@@ -21,7 +22,7 @@ use crate::error::{Error, Result};
 use crate::key::Key;
 use crate::raster::{LinePlan, Rows};
 use crate::scene::{Scene, SceneSurfaces};
-use crate::span::{Lines, Source, SpanImage, line};
+use crate::span::{Layers, Lines, Segment, Source, SpanImage, layer, line};
 use band::{Band, LANES, Limits};
 
 /// A scene to render, and what decides where it coincides with others.
@@ -46,8 +47,8 @@ impl From<Arc<Scene>> for Cluster {
 /// If the rows exceed the raster, or the scenes have more faces than an image holds.
 pub fn render(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
     let frame = frame(clusters, view, plan, rows)?;
-    let lines = tiles::solve(&frame);
-    Ok(frame.with_lines(lines))
+    let (lines, layers) = tiles::solve(&frame);
+    Ok(frame.with_lines(lines, layers))
 }
 
 /// Renders as [`render`] does, line by line and without any cleverness: all segments of a line, halved
@@ -65,26 +66,43 @@ pub fn render_by_merging(
     let raster = view.raster();
     let limits = Limits::new(view);
     let all = frame.plan().lines(&frame.rows());
-    let lines = Lines::compute(all.clone(), |k, out| {
-        let number = (k - all.start) / LANES as u32;
-        let band = Band::new(view, plan, &all, number);
-        let y = band.y[(k - band.first) as usize];
-        let on_line = |face| frame.on_line(face, y);
-        let mut segments = Vec::new();
+    let y_of = |k: u32| {
+        let band = Band::new(view, plan, &all, (k - all.start) / LANES as u32);
+        band.y[(k - band.first) as usize]
+    };
+    let segments = |k: u32, translucent: bool| {
+        let y = y_of(k);
+        let mut found = Vec::new();
         for (at, source) in frame.sources().iter().enumerate() {
             for (place, face) in source.faces.faces().iter().enumerate() {
+                if face.is_translucent != translucent {
+                    continue;
+                }
                 let id = frame.id(at, place);
                 for segment in band::segments(&source.faces, face, y, raster) {
-                    let seen = limits.cut(segment, &on_line(id), y, raster);
+                    let seen = limits.cut(segment, &frame.on_line(id, y), y, raster);
                     if !seen.is_empty() {
-                        segments.push((seen, id));
+                        found.push((seen, id));
                     }
                 }
             }
         }
-        line::envelope(&segments, raster.cells(), &on_line, out);
+        found
+    };
+    let cells = raster.cells();
+    let lines = Lines::compute(all.clone(), |k, out| {
+        let y = y_of(k);
+        line::envelope(&segments(k, false), cells, &|face| frame.on_line(face, y), out);
     });
-    Ok(frame.with_lines(lines))
+    let layers = Layers::compute(all.clone(), |k, out| {
+        let y = y_of(k);
+        let own = |(Range { start, end }, face)| Segment { start, face, end };
+        let own: Vec<Segment> = segments(k, true).into_iter().map(own).collect();
+        let start = out.len();
+        layer::clip(&own, lines.line(k), cells, |face| frame.on_line(face, y), out);
+        layer::normalize(out, start);
+    });
+    Ok(frame.with_lines(lines, layers))
 }
 
 /// The image of scenes before anything is solved.

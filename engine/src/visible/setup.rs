@@ -148,6 +148,7 @@ impl<'a> Setup<'a> {
             rank: part.rank(),
             role: Role::Face,
             sees_front,
+            is_translucent: self.scene.is_translucent(self.instance, at, part, sees_front),
         };
         if inside && mesh.is_plain(at) {
             if self.is_met(&extent) {

@@ -18,30 +18,38 @@ use super::band::{self, Band, LANES, Limits, Reach};
 use super::bins::{self, Bins, Entry};
 use crate::camera::Plane;
 use crate::raster::Raster;
-use crate::span::line;
-use crate::span::{Face, FaceId, FaceTable, Lines, OnLine, SpanImage};
+use crate::span::{Face, FaceId, FaceTable, Layers, Lines, OnLine, Segment, SpanImage};
+use crate::span::{layer, line};
 
 /// Width of a tile in pixels.
 const TILE: u32 = 8;
 /// Changes after which a tile's bound is computed anew.
 const STALE: u32 = 8;
 
-/// Solves all lines of a frame.
-pub(super) fn solve(frame: &SpanImage) -> Lines {
+/// Solves all lines of a frame: the opaque spans, and the segments of translucent faces before them.
+pub(super) fn solve(frame: &SpanImage) -> (Lines, Layers) {
     let lines = frame.plan().lines(&frame.rows());
-    let bins = Bins::new(frame, &lines);
+    let bins = Bins::new(frame, &lines, false);
+    let has_layers = frame
+        .sources()
+        .iter()
+        .any(|source| source.faces.faces().iter().any(|face| face.is_translucent));
+    let layers = has_layers.then(|| Bins::new(frame, &lines, true));
     let bands = (lines.len() as u32).div_ceil(LANES as u32);
-    let parts: Vec<Lines> = (0..bands)
+    let (opaque, translucent): (Vec<Lines>, Vec<Layers>) = (0..bands)
         .into_par_iter()
         .map_init(
             || Solver::new(frame),
             |solver, number| {
                 let band = Band::new(frame.view(), frame.plan(), &lines, number);
-                solver.solve(&band, bins.band(number))
+                let opaque = solver.solve(&band, bins.band(number));
+                let faces = layers.as_ref().map_or(&[][..], |bins| bins.band(number));
+                let translucent = solver.layers(&band, faces, &opaque);
+                (opaque, translucent)
             },
         )
-        .collect();
-    Lines::join(lines.start, parts)
+        .unzip();
+    (Lines::join(lines.start, opaque), Layers::join(lines.start, translucent))
 }
 
 /// A segment of a tile's line: its first cell, and the face seen with its depth on this line. It ends
@@ -87,6 +95,13 @@ struct Candidate<'a> {
     id: FaceId,
 }
 
+impl<'a> Candidate<'a> {
+    fn new(frame: &'a SpanImage, id: FaceId) -> Candidate<'a> {
+        let (source, face) = frame.face(id);
+        Candidate { face, table: &source.faces, id }
+    }
+}
+
 impl<'a> Solver<'a> {
     fn new(frame: &'a SpanImage) -> Solver<'a> {
         let raster = frame.view().raster();
@@ -107,22 +122,67 @@ impl<'a> Solver<'a> {
         self.clear();
         let mut entries = std::mem::take(&mut self.entries);
         bins::sort_front_to_back(faces, &mut entries);
-        for entry in &entries {
-            let (first, last) = entry.columns;
-            let tiles = usize::from(first) / TILE as usize..=usize::from(last) / TILE as usize;
-            if self.bounds[tiles].iter().all(|bound| f64::from(entry.nearest) < *bound) {
+        for entry in entries.iter() {
+            if self.is_hidden(entry) {
                 continue;
             }
-            let (source, face) = self.frame.face(entry.face);
-            let candidate = Candidate { face, table: &source.faces, id: entry.face };
-            if face.is_monotone {
-                self.insert_monotone(band, &candidate);
+            let candidate = Candidate::new(self.frame, entry.face);
+            if candidate.face.is_monotone {
+                let (on_line, reach) = self.monotone(band, &candidate);
+                self.insert(band, &candidate, &on_line, &reach);
             } else {
-                self.insert_any(band, &candidate);
+                for (lane, segment, on_line) in self.segments(band, &candidate) {
+                    let mut reach = Reach { start: [u32::MAX; LANES], end: [0; LANES] };
+                    (reach.start[lane], reach.end[lane]) = (segment.start, segment.end);
+                    self.insert(band, &candidate, &[on_line; LANES], &reach);
+                }
             }
         }
         self.entries = entries;
         self.collect(band)
+    }
+
+    /// Whether a face is nowhere nearer than what is known to be seen.
+    #[inline(always)]
+    fn is_hidden(&self, entry: &Entry) -> bool {
+        let (first, last) = entry.columns;
+        let tiles = usize::from(first) / TILE as usize..=usize::from(last) / TILE as usize;
+        self.bounds[tiles].iter().all(|bound| f64::from(entry.nearest) < *bound)
+    }
+
+    /// The visible segments of translucent faces on the band that was solved last.
+    fn layers(&mut self, band: &Band, faces: &[Entry], opaque: &Lines) -> Layers {
+        if faces.is_empty() {
+            return Layers::empty(opaque.range());
+        }
+        let mut segments: [Vec<Segment>; LANES] = Default::default();
+        for entry in faces.iter().filter(|entry| !self.is_hidden(entry)) {
+            let candidate = Candidate::new(self.frame, entry.face);
+            let face = entry.face;
+            if candidate.face.is_monotone {
+                let (_, reach) = self.monotone(band, &candidate);
+                for lane in (0..band.count).filter(|lane| reach.start[*lane] < reach.end[*lane]) {
+                    let (start, end) = (reach.start[lane], reach.end[lane]);
+                    segments[lane].push(Segment { start, face, end });
+                }
+            } else {
+                for (lane, Range { start, end }, _) in self.segments(band, &candidate) {
+                    segments[lane].push(Segment { start, face, end });
+                }
+            }
+        }
+        let cells = self.raster.cells();
+        let mut starts = vec![0];
+        let mut all = Vec::new();
+        for (lane, segments) in segments.iter().enumerate().take(band.count) {
+            let start = all.len();
+            let on_line = |face| self.frame.on_line(face, band.y[lane]);
+            let line = opaque.line(band.first + lane as u32);
+            layer::clip(segments, line, cells, on_line, &mut all);
+            layer::normalize(&mut all, start);
+            starts.push(all.len());
+        }
+        Layers::from_parts(band.first, starts, all)
     }
 
     fn clear(&mut self) {
@@ -137,8 +197,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// A face with one segment to a line, all lines at once.
-    fn insert_monotone(&mut self, band: &Band, candidate: &Candidate<'_>) {
+    /// Where a face with one segment to a line is seen if nothing hides it, all lines at once.
+    fn monotone(&self, band: &Band, candidate: &Candidate<'_>) -> ([OnLine; LANES], Reach) {
         let ring = candidate.table.outline(candidate.face);
         let mut reach = band::reach(ring, band, self.raster);
         let on_line: [OnLine; LANES] = std::array::from_fn(|lane| {
@@ -154,28 +214,24 @@ impl<'a> Solver<'a> {
                 }
             }
         }
-        self.insert(band, candidate, &on_line, &reach);
+        (on_line, reach)
     }
 
-    /// A concave face, one with holes, a seal or a drawn edge: line by line, segment by segment.
-    fn insert_any(&mut self, band: &Band, candidate: &Candidate<'_>) {
-        for lane in 0..band.count {
-            let y = band.y[lane];
-            if !y.is_finite() {
-                continue;
-            }
-            let Candidate { face, table, id } = candidate;
+    /// The same for a concave face, one with holes, a seal or a drawn edge: line by line, segment by
+    /// segment.
+    fn segments(&self, band: &Band, candidate: &Candidate<'_>) -> Vec<(usize, Range<u32>, OnLine)> {
+        let Candidate { face, table, id } = candidate;
+        let mut found = Vec::new();
+        for (lane, y) in band.y.into_iter().enumerate().filter(|(_, y)| y.is_finite()) {
             let on_line = OnLine::new(&face.plane, face.rank, *id, y, self.raster);
             for segment in band::segments(table, face, y, self.raster) {
                 let seen = self.limits.cut(segment, &on_line, y, self.raster);
-                if seen.is_empty() {
-                    continue;
+                if !seen.is_empty() {
+                    found.push((lane, seen, on_line));
                 }
-                let mut reach = Reach { start: [u32::MAX; LANES], end: [0; LANES] };
-                (reach.start[lane], reach.end[lane]) = (seen.start, seen.end);
-                self.insert(band, candidate, &[on_line; LANES], &reach);
             }
         }
+        found
     }
 
     fn insert(

@@ -89,6 +89,7 @@ impl Node for Spheres {
                         rank: 0,
                         role: Role::Face,
                         sees_front: true,
+                        is_translucent: false,
                     };
                     let face = writer.face(head, &[])?;
                     writer.segment(line, x0..x1, face)?;

@@ -1,0 +1,88 @@
+//! What is seen through translucent faces, as faces of its own kind.
+//!
+//! Where layers lie over a line, the line is divided into *stacks*: cells in which the same faces lie
+//! over each other in the same order. A stack gets an id beyond those of all faces, so that coverage
+//! treats it as it treats a face, and is taken apart again when it is shaded. Lines without layers are
+//! taken as they are.
+
+use std::collections::HashMap;
+
+use crate::span::layer::{self, Stack};
+use crate::span::{FaceId, Span, SpanImage};
+
+/// The stacks of a few lines.
+pub(super) struct Stacks<'a> {
+    image: &'a SpanImage,
+    /// The id of the first stack: beyond all faces.
+    first: u32,
+    /// Faces from front to back; an opaque one ends the list.
+    known: Vec<Vec<FaceId>>,
+    ids: HashMap<Vec<FaceId>, FaceId>,
+    line: Vec<Span>,
+}
+
+impl<'a> Stacks<'a> {
+    pub(super) fn new(image: &'a SpanImage) -> Stacks<'a> {
+        let first = image.face_count() as u32;
+        Stacks { image, first, known: Vec::new(), ids: HashMap::new(), line: Vec::new() }
+    }
+
+    /// Forgets all stacks.
+    pub(super) fn clear(&mut self) {
+        self.known.clear();
+        self.ids.clear();
+    }
+
+    /// The faces of a stack from front to back; `None` for a face or background.
+    #[inline(always)]
+    pub(super) fn get(&self, id: FaceId) -> Option<&[FaceId]> {
+        if !id.is_some() || id.0 < self.first {
+            return None;
+        }
+        Some(&self.known[(id.0 - self.first) as usize])
+    }
+
+    /// The faces of a stack, a face itself, or nothing for background.
+    #[inline(always)]
+    pub(super) fn members<'s>(&'s self, id: &'s FaceId) -> &'s [FaceId] {
+        match self.get(*id) {
+            Some(faces) => faces,
+            None if id.is_some() => std::slice::from_ref(id),
+            None => &[],
+        }
+    }
+
+    /// The spans of a line, of faces and stacks. It must be the one that was prepared last.
+    pub(super) fn spans(&self, k: u32) -> &[Span] {
+        match self.image.layers().line(k) {
+            [] => self.image.lines().line(k),
+            _ => &self.line,
+        }
+    }
+
+    /// Finds the stacks of a line.
+    pub(super) fn prepare(&mut self, k: u32) {
+        let layers = self.image.layers().line(k);
+        if layers.is_empty() {
+            return;
+        }
+        let Stacks { image, first, known, ids, line } = self;
+        line.clear();
+        let y = image.plan().y(k);
+        let cells = image.view().raster().cells();
+        let on_line = |face| image.on_line(face, y);
+        let opaque = image.lines().line(k);
+        layer::stacks(opaque, layers, cells, on_line, |Stack { cells, mut layers, opaque }| {
+            let face = if layers.is_empty() {
+                opaque
+            } else {
+                layers.extend(opaque.is_some().then_some(opaque));
+                *ids.entry(layers).or_insert_with_key(|layers| {
+                    known.push(layers.clone());
+                    FaceId(*first + known.len() as u32 - 1)
+                })
+            };
+            crate::span::line::push(line, 0, cells.start, face);
+        });
+    }
+}
