@@ -243,3 +243,63 @@ fn an_interrupted_run_leaves_no_file() {
     assert_eq!(ran.out.trim(), "130", "{ran:?}");
     assert_eq!(folder.files("out"), 0, "{ran:?}");
 }
+
+#[test]
+fn measure_puts_error_against_time() {
+    let folder = Folder::new("measure");
+    let vary = "picture.lines=Sampled(1, Box),Sloped(4)";
+    let measure = |vary: &str, reference: &str| {
+        let mut arguments = vec!["measure", "g.ron", "--vary", vary, "--reference", reference];
+        arguments.extend(["--runs", "1", "-o", "m.csv", "-o", "m.svg", "-o", "m.html"]);
+        folder.run(&arguments)
+    };
+    let ran = measure(vary, "picture.lines=Sloped(64)");
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let csv = std::fs::read_to_string(folder.0.join("m.csv")).unwrap();
+    let column = |line: &str, i: usize| -> f64 {
+        // The value is quoted, and has a comma in it.
+        line.rsplit('"').next().unwrap().split(',').nth(i).unwrap().parse().unwrap()
+    };
+    let rows: Vec<&str> = csv.lines().skip(1).collect();
+    assert_eq!(rows.len(), 2, "{csv}");
+    assert!(column(rows[0], 1) > column(rows[1], 1), "{csv}");
+    assert!(column(rows[1], 3) >= column(rows[1], 2) && column(rows[1], 5) > 0.0, "{csv}");
+    assert!(ran.out.contains("Sloped(4)") && ran.out.contains("best"), "{}", ran.out);
+    let page = std::fs::read_to_string(folder.0.join("m.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("</table>"));
+    assert!(folder.0.join("m.svg").exists());
+
+    let same = measure("picture.lines=Sloped(2)", "picture.lines=Sloped(2)");
+    assert!(same.out.contains("0.000000"), "{}", same.out);
+    let wrong = measure("picture.lines=Slopped(2)", "picture.lines=Sloped(2)");
+    assert_eq!(wrong.code, Some(1), "{wrong:?}");
+    assert!(wrong.err.contains("did you mean `Sloped`"), "{}", wrong.err);
+    let ran = folder.run(&["measure", "g.ron", "--vary", vary, "--reference", vary, "-o", "m.pdf"]);
+    assert_eq!(ran.code, Some(2), "{ran:?}");
+}
+
+#[test]
+fn pictures_are_compared_channel_by_channel() {
+    let folder = Folder::new("diff");
+    let render = |lines: &str, file: &str, more: &[&str]| {
+        let set = format!("picture.lines={lines}");
+        let mut arguments =
+            vec!["render", "g.ron", "-q", "-w", "picture", "-o", file, "--set", &set];
+        arguments.extend(more);
+        assert_eq!(folder.run(&arguments).code, Some(0));
+    };
+    render("Sloped(4)", "a.exr", &[]);
+    render("Sloped(4)", "b.exr", &["-j", "1"]);
+    render("Sampled(1, Box)", "c.exr", &[]);
+    render("Sloped(4)", "d.png", &[]);
+    render("Sloped(4)", "e.exr", &["--scale", "2"]);
+    let code = |arguments: &[&str]| folder.run(&[&["diff"], arguments].concat()).code;
+    assert_eq!(code(&["a.exr", "b.exr"]), Some(0));
+    assert_eq!(code(&["a.exr", "c.exr"]), Some(1));
+    assert_eq!(code(&["a.exr", "c.exr", "--tolerance", "1"]), Some(0));
+    // A PNG has 8 bits.
+    assert_eq!(code(&["a.exr", "d.png"]), Some(1));
+    assert_eq!(code(&["a.exr", "d.png", "--tolerance", "0.005"]), Some(0));
+    assert_eq!(code(&["a.exr", "e.exr"]), Some(1));
+    assert_eq!(code(&["a.exr", "g.ron"]), Some(4));
+}

@@ -1,7 +1,7 @@
 //! Damaged and invalid files: an error that names the file and the fault, or a scene where the file's
 //! own report says that it is valid. No panic, no hang, no huge allocation.
 
-use spandrel_tests::program::{Ran, run};
+use spandrel_tests::program::{Ran, run, scratch};
 use spandrel_tests::{data, random::Random};
 use std::path::Path;
 
@@ -345,4 +345,33 @@ fn absurd_parameters_of_shapes_are_refused() {
     let ran = info(&path);
     assert!(ran.err.contains("contains itself"), "{}", ran.err);
     std::fs::remove_dir_all(scratch).unwrap();
+}
+
+#[test]
+fn damaged_pictures_are_civil() {
+    let folder = scratch("pictures");
+    let mut seen = 0;
+    for (name, ending) in [
+        ("malformed/openexr_damaged", "exr"),
+        ("malformed/tinyexr_regress", "exr"),
+        ("malformed/pngsuite_broken", "png"),
+        ("exr", "exr"),
+    ] {
+        let Some(damaged) = data::find(name) else { continue };
+        for (i, path) in data::files(&damaged, &[""]).iter().enumerate() {
+            let own = path.extension().is_some_and(|e| e == "md" || e == "txt" || e == "csv");
+            if own {
+                continue;
+            }
+            // Many have no ending of their own.
+            let copy = folder.join(format!("{i}.{ending}"));
+            std::fs::copy(path, &copy).unwrap();
+            let file = copy.to_string_lossy();
+            let ran = run(PROGRAM, &["diff", &file, &file], Path::new("/"));
+            assert_civil(&copy, &ran);
+            seen += 1;
+        }
+    }
+    assert!(seen > 80 || data::folder().is_none(), "{seen} pictures");
+    let _ = std::fs::remove_dir_all(folder);
 }

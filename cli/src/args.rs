@@ -21,8 +21,10 @@ pub(crate) enum Command {
     Render(Render),
     Check(Check),
     Nodes(Nodes),
+    Measure(Measure),
     Info(Info),
     Convert(Convert),
+    Diff(Diff),
     Completions(Completions),
 }
 
@@ -118,6 +120,50 @@ pub(crate) struct Convert {
     pub(crate) to: PathBuf,
 }
 
+/// Measures what accuracy costs: varies parameters of a graph, and compares with a reference.
+///
+/// Every setting is rendered several times by a process of its own. Printed are the error of the colours
+/// (R, G, B, A, scene-linear) against the reference, the time without writing, and memory.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Measure {
+    /// The graph.
+    pub(crate) graph: PathBuf,
+    /// The values of a parameter, such as picture.lines=Sloped(2),Sloped(4),Sampled(4,Box). With several
+    /// parameters all combinations are measured.
+    #[arg(long, value_name = "NODE.PARAM=A,B,..", value_parser = setting, required = true)]
+    pub(crate) vary: Vec<Setting>,
+    /// What is taken as the truth, such as picture.lines=Sloped(256).
+    #[arg(long, value_name = "NODE.PARAM=VALUE", value_parser = setting, required = true)]
+    pub(crate) reference: Vec<Setting>,
+    /// The picture. Default: the only one that the graph writes.
+    #[arg(short = 'w', long = "write", value_name = "NODE")]
+    pub(crate) write: Option<String>,
+    /// Solve visibility at this size.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<(u32, u32)>,
+    /// Runs of every setting; their median time counts.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) runs: u32,
+    /// Write the measurement to a .csv, .svg or .html file. May be given several times.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Vec<PathBuf>,
+    /// Print the table only.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// Compares two pictures, channel by channel; exits with 1 if they differ.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Diff {
+    /// A picture, .png or .exr.
+    pub(crate) a: PathBuf,
+    /// Another.
+    pub(crate) b: PathBuf,
+    /// The greatest difference that counts as none, in scene-linear units.
+    #[arg(long, value_name = "T", default_value_t = 0.0)]
+    pub(crate) tolerance: f64,
+}
+
 /// Prints a script that completes arguments in a shell.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Completions {
@@ -131,6 +177,19 @@ pub(crate) struct Setting {
     pub(crate) node: String,
     pub(crate) field: String,
     pub(crate) value: String,
+}
+
+impl Setting {
+    /// The node and the parameter.
+    pub(crate) fn place(&self) -> String {
+        format!("{}.{}", self.node, self.field)
+    }
+}
+
+impl std::fmt::Display for Setting {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}.{}={}", self.node, self.field, self.value)
+    }
 }
 
 fn setting(text: &str) -> Result<Setting, String> {

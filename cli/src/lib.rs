@@ -11,8 +11,11 @@
 mod args;
 mod check;
 mod convert;
+mod diff;
+mod difference;
 mod exit;
 mod info;
+mod measure;
 mod nodes;
 mod print;
 mod progress;
@@ -51,7 +54,9 @@ pub fn run(registry: Registry) -> ExitCode {
         Command::Render(args) => render::run(&registry, &args),
         Command::Check(args) => check::run(&registry, &args),
         Command::Nodes(args) => nodes::run(&registry, &args),
+        Command::Measure(args) => measure::run(&registry, &args),
         Command::Info(args) => info::run(&args),
+        Command::Diff(args) => diff::run(&args),
         Command::Convert(args) => convert::run(&args),
         Command::Completions(args) => {
             let mut script = Vec::new();

@@ -147,7 +147,8 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
     Ok((graph, outputs))
 }
 
-const WRITER: &str = "file_of_the_command_line";
+/// The node that writes a picture which is named on the command line.
+pub(crate) const WRITER: &str = "file_of_the_command_line";
 
 fn writer(image: &str, path: &str) -> RawNode {
     RawNode {

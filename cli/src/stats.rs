@@ -71,7 +71,16 @@ pub(crate) fn json(reports: &[Report], seconds: f64) -> String {
             })
         })
         .collect();
-    format!("{:#}\n", json!({ "seconds": seconds, "nodes": nodes }))
+    let peak = peak_memory();
+    format!("{:#}\n", json!({ "seconds": seconds, "peak_bytes": peak, "nodes": nodes }))
+}
+
+/// The most memory that this process has held, where the system says so.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kib * 1024)
 }
 
 /// Who asks what of every node of the graph, and, where it was evaluated, what became of it.

@@ -3,16 +3,24 @@
 //! Colours and normals are half or float as asked; distances and positions are always float, ids
 //! always whole numbers. What ids mean is in the attribute `spandrel/names`, one `id name` to a line.
 
+use exr::meta::MetaData;
+use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
     AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image as ExrImage,
-    ImageAttributes, IntegerBounds, Layer, LayerAttributes, SmallVec, Text, Vec2, WritableImage,
-    f16,
+    ImageAttributes, IntegerBounds, Layer, LayerAttributes, ReadChannels, ReadLayers, SmallVec,
+    Text, Vec2, WritableImage, f16,
 };
-use std::io::{Seek, Write};
+use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
-use super::{Image, Samples};
+use super::{Image, Samples, Window};
 use crate::error::{Error, Result};
+
+/// The attribute that says what ids mean.
+const NAMES: &str = "spandrel/names";
+
+/// Bytes that one byte of a deflated file can stand for, at most.
+const MOST_DEFLATED: u64 = 1032;
 
 /// Writes all channels of a picture.
 pub(super) fn write(
@@ -42,9 +50,8 @@ pub(super) fn write(
     if !image.names.is_empty() {
         let names: Vec<String> =
             image.names.iter().map(|(id, name)| format!("{id} {name}")).collect();
-        let text =
-            exr::meta::attribute::AttributeValue::Text(Text::from(names.join("\n").as_str()));
-        attributes.other.insert(Text::from("spandrel/names"), text);
+        let text = AttributeValue::Text(Text::from(names.join("\n").as_str()));
+        attributes.other.insert(Text::from(NAMES), text);
     }
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
     let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
@@ -56,4 +63,68 @@ pub(super) fn write(
         .non_parallel()
         .to_buffered(out)
         .map_err(|e| Error::output(path, e))
+}
+
+/// Reads all channels of all flat layers; those of a named layer as `layer.channel`. What lies outside
+/// of the first layer's window is left out.
+pub(super) fn read(path: &Path) -> Result<Image> {
+    let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+    let fault = |e: exr::error::Error| Error::in_file(path, format!("not a sound EXR file: {e}"));
+    let meta = MetaData::read_from_buffered(Cursor::new(&bytes), true).map_err(fault)?;
+    for header in &meta.headers {
+        let Vec2(width, height) = header.layer_size;
+        let samples = (width as u64).saturating_mul(height as u64);
+        let all = samples.saturating_mul(4 * header.channels.list.len() as u64);
+        if all > MOST_DEFLATED * bytes.len() as u64 {
+            let message = format!("{width} by {height} pixels cannot be in {} bytes", bytes.len());
+            return Err(Error::in_file(path, message));
+        }
+        if header.deep {
+            return Err(Error::in_file(path, "a deep EXR: pictures are read from flat ones"));
+        }
+    }
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .all_layers()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(&bytes))
+        .map_err(fault)?;
+    let Some(first) = image.layer_data.first() else {
+        return Err(Error::in_file(path, "an EXR without layers"));
+    };
+    let display = image.attributes.display_window;
+    let corner = first.attributes.layer_position - display.position;
+    let (Ok(x), Ok(y)) = (u32::try_from(corner.0), u32::try_from(corner.1)) else {
+        return Err(Error::in_file(path, "its pixels begin outside of its display window"));
+    };
+    let (width, height) = (first.size.0 as u32, first.size.1 as u32);
+    let size = (display.size.0 as u32, display.size.1 as u32);
+    let mut picture = Image::new(size, Window { x, y, width, height });
+    for layer in image.layer_data.iter().filter(|layer| layer.size == first.size) {
+        for channel in &layer.channel_data.list {
+            let name = match &layer.attributes.layer_name {
+                Some(layer) => format!("{layer}.{}", channel.name),
+                None => channel.name.to_string(),
+            };
+            let samples = match &channel.sample_data {
+                FlatSamples::F16(values) => {
+                    Samples::Float(values.iter().map(|v| v.to_f32()).collect())
+                }
+                FlatSamples::F32(values) => Samples::Float(values.clone()),
+                FlatSamples::U32(values) => Samples::Id(values.clone()),
+            };
+            picture.insert(&name, samples).map_err(|e| Error::in_file(path, e.to_string()))?;
+        }
+        if let Some(AttributeValue::Text(names)) = layer.attributes.other.get(&Text::from(NAMES)) {
+            let names = names.to_string();
+            let pairs = names.lines().filter_map(|line| line.split_once(' '));
+            picture
+                .names
+                .extend(pairs.filter_map(|(id, n)| Some((id.parse().ok()?, n.to_owned()))));
+        }
+    }
+    Ok(picture)
 }

@@ -27,7 +27,7 @@ impl Format {
             "exr" => Ok(Format::Exr),
             other => Err(Error::in_file(
                 path,
-                format!("\".{other}\" is no picture format that can be written: use .png or .exr"),
+                format!("\".{other}\" is no picture format: use .png or .exr"),
             )),
         }
     }
@@ -63,4 +63,15 @@ pub fn write(image: &Image, path: &Path, bits: Option<u32>) -> Result<u64> {
         Format::Png => png::write(image, bits, path, out),
         Format::Exr => exr::write(image, bits == 16, path, out),
     })
+}
+
+/// Reads a picture: PNG as scene-linear colour with associated alpha, EXR as it is.
+///
+/// # Errors
+/// If the file cannot be read, is damaged, or is of another format.
+pub fn read(path: &Path) -> Result<Image> {
+    match Format::of(path)? {
+        Format::Png => png::read(path),
+        Format::Exr => exr::read(path),
+    }
 }

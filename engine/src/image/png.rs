@@ -5,8 +5,8 @@ use image::{ExtendedColorType, ImageEncoder};
 use std::io::Write;
 use std::path::Path;
 
-use super::Image;
-use crate::color::encode_srgb;
+use super::{Image, Samples, Window};
+use crate::color::{decode_srgb, encode_srgb};
 use crate::error::{Error, Result};
 
 /// Writes the colour and alpha of a picture; `bits` is 8 or 16.
@@ -32,4 +32,30 @@ pub(super) fn write(image: &Image, bits: u32, path: &Path, out: &mut impl Write)
     PngEncoder::new_with_quality(out, CompressionType::Default, FilterType::Adaptive)
         .write_image(&bytes, width, height, color)
         .map_err(|e| Error::output(path, e))
+}
+
+/// Reads a picture as scene-linear colour with associated alpha.
+pub(super) fn read(path: &Path) -> Result<Image> {
+    let fault = |e: image::ImageError| Error::in_file(path, format!("not a sound PNG file: {e}"));
+    let file = std::fs::File::open(path).map_err(|e| Error::file(path, e))?;
+    let mut reader =
+        image::ImageReader::with_format(std::io::BufReader::new(file), image::ImageFormat::Png);
+    let mut limits = image::Limits::default();
+    limits.max_alloc = Some(16 << 30);
+    reader.limits(limits);
+    let pixels = reader.decode().map_err(fault)?.into_rgba16();
+    let (width, height) = pixels.dimensions();
+    let mut channels: [Vec<f32>; 4] = Default::default();
+    for pixel in pixels.pixels() {
+        let [r, g, b, alpha] = pixel.0.map(|v| f32::from(v) / 65_535.0);
+        for (channel, value) in channels.iter_mut().zip([r, g, b]) {
+            channel.push(decode_srgb(value) * alpha);
+        }
+        channels[3].push(alpha);
+    }
+    let mut picture = Image::new((width, height), Window::whole(width, height));
+    for (name, values) in ["R", "G", "B", "A"].into_iter().zip(channels) {
+        picture.insert(name, Samples::Float(values))?;
+    }
+    Ok(picture)
 }
