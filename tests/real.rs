@@ -139,6 +139,38 @@ fn the_kaykit_city_is_one_picture_from_gltf_and_from_obj() {
 }
 
 #[test]
+fn the_kaykit_city_merges_alike_in_any_order() {
+    let Some(folder) = data::find("models/kaykit_city") else { return };
+    let names = data::files(&folder.join("gltf"), &[".gltf"]);
+    let scenes: Vec<Arc<Scene>> =
+        names.iter().map(|path| read(path, &ReadOptions::default())).collect();
+    // All stand on one place: they coincide and cross wherever they can.
+    let view = view(&scenes, 320, 240);
+    let plan = Rule::Sloped(4).plan().unwrap();
+    let render =
+        |scene: &Arc<Scene>| visible::render(&[scene.clone().into()], &view, plan, 0..240).unwrap();
+    let mut images: Vec<SpanImage> = scenes.iter().map(render).collect();
+    assert!(images.len() > 20, "{} models", images.len());
+    let together: Vec<visible::Cluster> = scenes.iter().cloned().map(Into::into).collect();
+    let together = visible::render(&together, &view, plan, 0..240).unwrap();
+    assert!(SpanImage::merge(&images).unwrap() == together);
+    let mut random = spandrel_tests::random::Random::new(1);
+    for _ in 0..6 {
+        for i in (1..images.len()).rev() {
+            images.swap(i, random.below(i as u32 + 1) as usize);
+        }
+        // A random tree: merge neighbours until one is left.
+        let mut forest = images.clone();
+        while forest.len() > 1 {
+            let i = random.below(forest.len() as u32 - 1) as usize;
+            let pair = [forest.remove(i), forest.remove(i)];
+            forest.push(SpanImage::merge(&pair).unwrap());
+        }
+        assert!(forest[0] == together);
+    }
+}
+
+#[test]
 fn walls_of_ingolstadt_show_their_area_without_holes() {
     let mut holes = 0;
     for name in ["4018128", "4018257", "4018302"] {
