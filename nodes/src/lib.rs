@@ -32,8 +32,10 @@ pub mod render {
 pub mod shade {
     mod fog;
     mod illuminate;
+    mod recolor;
     pub use fog::Fog;
     pub use illuminate::Illuminate;
+    pub use recolor::Recolor;
 }
 
 /// Scenes and cameras.
@@ -48,8 +50,18 @@ pub mod source {
 
 /// Operations on spans.
 pub mod span {
+    mod crop;
     mod depth_merge;
+    mod depth_scale;
+    mod depth_slice;
+    mod holdout;
+    mod transform;
+    pub use crop::Crop;
     pub use depth_merge::DepthMerge;
+    pub use depth_scale::DepthScale;
+    pub use depth_slice::DepthSlice;
+    pub use holdout::Holdout;
+    pub use transform::Transform;
 }
 
 use spandrel_engine::graph::Registry;
@@ -63,8 +75,14 @@ pub fn register(registry: &mut Registry) {
         .register::<render::Scanline>()
         .register::<shade::Fog>()
         .register::<shade::Illuminate>()
+        .register::<shade::Recolor>()
         .register::<source::Camera>()
         .register::<source::ReadScene>()
         .register::<source::SceneCamera>()
-        .register::<span::DepthMerge>();
+        .register::<span::Crop>()
+        .register::<span::DepthMerge>()
+        .register::<span::DepthScale>()
+        .register::<span::DepthSlice>()
+        .register::<span::Holdout>()
+        .register::<span::Transform>();
 }

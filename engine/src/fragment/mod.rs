@@ -90,12 +90,25 @@ impl<'v> Fragments<'v> {
         self.depth.push(depth);
     }
 
+    /// Takes the fragments to other points, given as x, y and depth; positions follow.
+    pub(crate) fn go_to(&mut self, [x, y, depth]: [Vec<f64>; 3]) {
+        (self.x, self.y, self.depth) = (x, y, depth);
+        if !self.position.is_empty() {
+            self.place();
+        }
+    }
+
+    /// Computes the positions.
+    fn place(&mut self) {
+        let points = self.x.iter().zip(&self.y).zip(&self.depth);
+        self.position =
+            points.map(|((&x, &y), &depth)| self.view.world_point(x, y, depth)).collect();
+    }
+
     /// Computes the columns `wanted`: positions here, the rest by the source's surfaces.
     pub fn fill(&mut self, wanted: Columns, surfaces: &dyn Surfaces) {
         if wanted.contains(Columns::POSITION) && self.position.is_empty() {
-            let points = self.x.iter().zip(&self.y).zip(&self.depth);
-            self.position =
-                points.map(|((&x, &y), &depth)| self.view.world_point(x, y, depth)).collect();
+            self.place();
         }
         surfaces.fill(wanted, self);
         if wanted.contains(Columns::COLOR) {

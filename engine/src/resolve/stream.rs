@@ -10,7 +10,7 @@ use crate::fragment::{Columns, Fragments};
 use crate::key::Key;
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
-use crate::span::{FaceId, SpanImage};
+use crate::span::{FaceId, Held, SpanImage};
 
 /// Fragments shaded in one batch, about.
 const BATCH: usize = 4096;
@@ -213,13 +213,29 @@ impl<'a> Stream<'a> {
         for (source, batch) in self.image.sources().iter().zip(&mut self.layered) {
             source.shade(batch);
         }
+        // By matte, how much it lets past so far.
+        let mut mattes: Vec<(Key, f32)> = Vec::new();
         for Blend { pixel, area, members } in self.blends.drain(..) {
             let members = &self.members[members];
             let mut through = 1.0;
             let mut solid = None;
+            mattes.clear();
             for Member { point, source, index } in members {
-                let (color, alpha) =
-                    (self.layered[*source].color[*index], self.layered[*source].alpha[*index]);
+                let known = &self.image.sources()[*source];
+                let batch = &self.layered[*source];
+                let (color, mut alpha) = (batch.color[*index], batch.alpha[*index]);
+                if let Some(matte) = known.matte {
+                    // It is not seen, but dims what it holds.
+                    match mattes.iter_mut().find(|(by, _)| *by == matte) {
+                        Some((_, past)) => *past *= 1.0 - alpha,
+                        None => mattes.push((matte, 1.0 - alpha)),
+                    }
+                    continue;
+                }
+                for Held { by, inside } in &known.held {
+                    let past = mattes.iter().find(|(matte, _)| matte == by).map_or(1.0, |m| m.1);
+                    alpha *= if *inside { 1.0 - past } else { past };
+                }
                 if !pixels.color[0].is_empty() {
                     add(pixels, pixel, Paint { color, alpha }, area * through);
                 }
@@ -269,7 +285,7 @@ impl<'a> Stream<'a> {
         }
         if !pixels.normal[0].is_empty() {
             for (source, (mut fragments, places)) in batches.into_iter().enumerate() {
-                fragments.fill(Columns::NORMAL, &*self.image.sources()[source].surfaces);
+                self.image.sources()[source].fill(Columns::NORMAL, &mut fragments);
                 for (at, normal) in places.into_iter().zip(fragments.normal) {
                     for (axis, value) in pixels.normal.iter_mut().zip(normal.to_array()) {
                         axis[at] = value;

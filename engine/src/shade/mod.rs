@@ -3,7 +3,9 @@
 pub mod fog;
 pub mod illuminate;
 pub mod light;
+pub mod recolor;
 
 pub use fog::Fog;
 pub use illuminate::Illuminate;
 pub use light::{Light, ParallelLight};
+pub use recolor::Recolor;

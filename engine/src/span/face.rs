@@ -162,6 +162,23 @@ impl FaceTable {
         Some(&self.faces[at])
     }
 
+    /// The table with all planes and points changed.
+    ///
+    /// # Errors
+    /// If a coefficient of a plane is not finite any more.
+    pub(super) fn changed(
+        table: &FaceTable,
+        plane: impl Fn(&Plane) -> Plane,
+        point: impl Fn(DVec2) -> DVec2,
+    ) -> Result<FaceTable> {
+        let mut changed = table.clone();
+        changed.points.iter_mut().for_each(|p| *p = point(*p));
+        for face in &mut changed.faces {
+            face.plane = check_plane(plane(&face.plane), face.ordinal)?;
+        }
+        Ok(changed)
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.faces) + size_of_val(&*self.corners) + size_of_val(&*self.points)
@@ -307,10 +324,7 @@ impl FaceTableBuilder {
         rings: impl IntoIterator<Item = &'r [u32]>,
     ) -> Result<u32> {
         let FaceHead { ordinal, plane, rank, role, sees_front, is_translucent } = head;
-        let extreme = |v: f64| !v.is_finite() || v.abs() > MAX_COEFFICIENT;
-        if extreme(plane.a) || extreme(plane.b) || extreme(plane.c) {
-            return Err(Error::invalid(format!("face {ordinal} has no finite depth: {plane:?}")));
-        }
+        let plane = check_plane(plane, ordinal)?;
         if self.table.faces.last().is_some_and(|last| last.ordinal >= ordinal) {
             return Err(Error::invalid("faces must be added by ascending ordinal"));
         }
@@ -398,6 +412,15 @@ impl FaceTableBuilder {
         }
         Ok((union.finish(), places))
     }
+}
+
+/// A plane whose coefficients can be compared without overflow.
+fn check_plane(plane: Plane, ordinal: u32) -> Result<Plane> {
+    let extreme = |v: f64| !v.is_finite() || v.abs() > MAX_COEFFICIENT;
+    if extreme(plane.a) || extreme(plane.b) || extreme(plane.c) {
+        return Err(Error::invalid(format!("face {ordinal} has no finite depth: {plane:?}")));
+    }
+    Ok(plane)
 }
 
 /// Whether every line crosses a ring at most twice: along y it goes down once and up once.

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use super::layer::{self, Segment};
 use super::line::{self, Span};
 use super::per_line::PerLine;
-use super::{Face, FaceId, OnLine, Source};
+use super::{Face, FaceId, OnLine, Source, Stage};
 use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, Result};
@@ -161,14 +161,53 @@ impl SpanImage {
     /// # Errors
     /// If the image has more faces than ids (2^32 - 1).
     pub fn shaded(&self, shader: Arc<dyn Shader>) -> Result<SpanImage> {
-        let sources = self.sources.iter().map(|source| {
+        let shaded = |source: &Arc<Source>| {
             let mut source = Source::clone(source);
-            source.stack.push(shader.clone());
+            source.stack.push(Stage::Shade(shader.clone()));
             Arc::new(source)
-        });
-        // The new keys may order the sources anew; assembling puts ids right where they do.
-        assemble(std::slice::from_ref(self), sources.map(|source| vec![source]).collect())
-            .map(|(image, _)| image)
+        };
+        self.with_sources(self.sources.iter().map(shaded).collect())
+    }
+
+    /// The image with other sources, one for each of its own, with the same faces by place.
+    ///
+    /// # Errors
+    /// If the image has more faces than ids (2^32 - 1).
+    pub(super) fn with_sources(&self, sources: Vec<Arc<Source>>) -> Result<SpanImage> {
+        // New keys may order the sources anew; assembling puts ids right where they do.
+        let sources = sources.into_iter().map(|source| vec![source]).collect();
+        assemble(std::slice::from_ref(self), sources).map(|(image, _)| image)
+    }
+
+    /// The image on other rows, with nothing on them.
+    pub(super) fn on_rows(&self, rows: Rows) -> SpanImage {
+        let nothing = SpanImage::empty(self.view.clone(), self.plan, rows);
+        SpanImage { sources: self.sources.clone(), bases: self.bases.clone(), ..nothing }
+    }
+
+    /// Two images, each with replacements for its sources, such that ids mean the same in both.
+    ///
+    /// # Errors
+    /// If the images differ in camera, raster, line plan or rows, or have too many faces.
+    pub(super) fn in_one_frame(
+        images: [(&SpanImage, Vec<Arc<Source>>); 2],
+    ) -> Result<[SpanImage; 2]> {
+        images[0].0.check_mergeable(images[1].0)?;
+        let both = images.each_ref().map(|(image, _)| (*image).clone());
+        let sources = images.into_iter().flat_map(|(_, sources)| sources);
+        let (frame, places) = assemble(&both, sources.map(|source| vec![source]).collect())?;
+        let renamed = |i: usize| {
+            let (image, map): (&SpanImage, &Places) = (&both[i], &places[i]);
+            let lines =
+                Lines::compute(image.lines.range(), |k, out| out.extend(map.renamed(image, k)));
+            let layers = Layers::compute(image.layers.range(), |k, out| {
+                let start = out.len();
+                out.extend(map.renamed_layers(image, k));
+                layer::normalize(out, start);
+            });
+            frame.clone().with_lines(lines, layers)
+        };
+        Ok([renamed(0), renamed(1)])
     }
 
     /// Merges images by depth: in every cell of every line the winner of all. Associative, commutative,
@@ -204,9 +243,7 @@ impl SpanImage {
             let on_line = |face| frame.on_line(face, y);
             let start = out.len();
             for (image, map) in images.iter().zip(&places) {
-                let renamed =
-                    |segment: &Segment| Segment { face: map.of(image, segment.face), ..*segment };
-                let own: Vec<Segment> = image.layers.line(k).iter().map(renamed).collect();
+                let own: Vec<Segment> = map.renamed_layers(image, k).collect();
                 layer::clip(&own, lines.line(k), cells, on_line, out);
             }
             layer::normalize(out, start);
@@ -308,6 +345,15 @@ impl Places {
         FaceId(base + table.as_ref().map_or(place as u32, |table| table[place]))
     }
 
+    fn renamed_layers<'s>(
+        &'s self,
+        image: &'s SpanImage,
+        k: u32,
+    ) -> impl Iterator<Item = Segment> + 's {
+        let rename = |segment: &Segment| Segment { face: self.of(image, segment.face), ..*segment };
+        image.layers.line(k).iter().map(rename)
+    }
+
     fn renamed(&self, image: &SpanImage, k: u32) -> Vec<Span> {
         let rename = |span: &Span| match span.face.is_some() {
             true => Span { x: span.x, face: self.of(image, span.face) },
@@ -385,15 +431,11 @@ fn assemble(
         (first.lines.clone(), first.layers.clone())
     } else {
         let rename = |k, out: &mut Vec<Span>| out.extend(places[0].renamed(first, k));
-        let layers =
-            Layers::compute(first.layers.range(), |k, out| {
-                let start = out.len();
-                out.extend(first.layers.line(k).iter().map(|segment| Segment {
-                    face: places[0].of(first, segment.face),
-                    ..*segment
-                }));
-                layer::normalize(out, start);
-            });
+        let layers = Layers::compute(first.layers.range(), |k, out| {
+            let start = out.len();
+            out.extend(places[0].renamed_layers(first, k));
+            layer::normalize(out, start);
+        });
         (Arc::new(Lines::compute(first.lines.range(), rename)), Arc::new(layers))
     };
     let frame = SpanImage {

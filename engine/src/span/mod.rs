@@ -8,7 +8,9 @@
 //! (translucent faces), [`face`] (planes and outlines), [`image`] (all lines of a picture, and the merge of pictures), [`writer`]
 //! (for renderers of other people).
 
+pub mod edit;
 pub mod face;
+pub mod hold;
 pub mod image;
 pub mod layer;
 pub mod line;
@@ -17,11 +19,13 @@ pub mod per_line;
 pub mod source;
 pub mod writer;
 
+pub use edit::DepthRange;
 pub use face::{Edge, Face, FaceHead, FaceId, FaceTable, FaceTableBuilder, Ring, Role};
+pub use hold::{Held, Keep};
 pub use image::{Layers, Lines, SpanImage};
 pub use layer::Segment;
 pub use line::Span;
 pub use order::OnLine;
 pub use per_line::PerLine;
-pub use source::Source;
+pub use source::{Placement, Source, Stage};
 pub use writer::SpanWriter;

@@ -4,6 +4,8 @@ use std::cmp::Ordering;
 use std::sync::Arc;
 
 use super::face::{FaceTable, FaceTableBuilder};
+use super::hold::Held;
+use crate::camera::Plane;
 use crate::error::Result;
 use crate::fragment::{Columns, Fragments, Shader, Surfaces};
 use crate::key::Key;
@@ -12,7 +14,7 @@ use crate::key::Key;
 /// sources of its input, so that fog on one cluster before a merge and fog on all after it both mean
 /// what they say.
 ///
-/// Sources are ordered by (label, scene, stack), and this order decides between faces that coincide.
+/// Sources are ordered by (label, scene, stack, mattes), and this order decides between faces that coincide.
 /// The label comes first so that the decision survives a change of the scene's contents: in an
 /// animation nothing flickers.
 #[derive(Clone, Debug)]
@@ -23,10 +25,63 @@ pub struct Source {
     pub scene: Key,
     /// What is known of its surfaces.
     pub surfaces: Arc<dyn Surfaces>,
-    /// The shaders to run over its fragments, first to last.
-    pub stack: Vec<Arc<dyn Shader>>,
+    /// What was done to it since it was rendered, first to last.
+    pub stack: Vec<Stage>,
     /// Its faces on the screen.
     pub faces: Arc<FaceTable>,
+    /// If it is a matte, which: its faces are not seen, but [dim](super::hold) what they hold.
+    pub matte: Option<Key>,
+    /// The mattes that dim it, sorted.
+    pub held: Vec<Held>,
+}
+
+/// An entry of a source's stack.
+#[derive(Clone, Debug)]
+pub enum Stage {
+    /// A program runs over its fragments.
+    Shade(Arc<dyn Shader>),
+    /// Its faces are moved on the screen or in depth.
+    Place(Placement),
+}
+
+/// A move of faces: what is seen at (x, y, rho) is seen after it at
+/// (x + `x`, y + `y`, rho * `scale` + `offset`).
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Placement {
+    /// To the right, in pixels.
+    pub x: f64,
+    /// Down, in pixels.
+    pub y: f64,
+    /// Factor of the depth.
+    pub scale: f64,
+    /// What is added to the depth, after that.
+    pub offset: f64,
+}
+
+impl Placement {
+    /// The plane of a moved face.
+    pub fn plane(&self, plane: &Plane) -> Plane {
+        let Plane { a, b, c } = *plane;
+        let (a, b, c) = (a * self.scale, b * self.scale, c * self.scale + self.offset);
+        Plane { a, b, c: c - a * self.x - b * self.y }
+    }
+
+    /// Takes fragments back to where they were before.
+    fn undo(&self, fragments: &mut Fragments<'_>) {
+        fragments.x.iter_mut().for_each(|x| *x -= self.x);
+        fragments.y.iter_mut().for_each(|y| *y -= self.y);
+        let before = |depth: f64| (depth - self.offset) / self.scale;
+        fragments.depth.iter_mut().for_each(|depth| *depth = before(*depth));
+    }
+}
+
+impl Stage {
+    fn key(&self) -> Key {
+        match self {
+            Stage::Shade(shader) => shader.key(),
+            Stage::Place(placement) => Key::of(placement),
+        }
+    }
 }
 
 impl Source {
@@ -37,11 +92,16 @@ impl Source {
             .cmp(&other.label)
             .then(self.scene.cmp(&other.scene))
             .then_with(|| stack(self).cmp(&stack(other)))
+            .then_with(|| (&self.matte, &self.held).cmp(&(&other.matte, &other.held)))
     }
 
     /// The columns that the whole stack reads, and the colour that it changes.
     pub fn reads(&self) -> Columns {
-        self.stack.iter().fold(Columns::COLOR, |all, shader| all | shader.reads())
+        let shaders = self.stack.iter().filter_map(|stage| match stage {
+            Stage::Shade(shader) => Some(shader.reads()),
+            Stage::Place(_) => None,
+        });
+        shaders.fold(Columns::COLOR, |all, reads| all | reads)
     }
 
     /// Whether a face is shaded alike all over, so that one evaluation serves all of it: \[N]'s
@@ -55,10 +115,36 @@ impl Source {
         if fragments.is_empty() {
             return;
         }
-        fragments.fill(self.reads(), &*self.surfaces);
-        for shader in &self.stack {
-            shader.shade(fragments);
+        // Surfaces know their faces where they were rendered; each shader saw them where they were then.
+        let mut places = self.fill_at_start(self.reads(), fragments);
+        for stage in &self.stack {
+            match stage {
+                Stage::Shade(shader) => shader.shade(fragments),
+                Stage::Place(_) => fragments.go_to(places.pop().expect("a place for each move")),
+            }
         }
+    }
+
+    /// Fills columns of a batch of this source's fragments without shading them.
+    pub fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>) {
+        let places = self.fill_at_start(wanted, fragments);
+        if let Some(last) = places.into_iter().next() {
+            fragments.go_to(last);
+        }
+    }
+
+    /// Takes fragments to where they were rendered, and fills columns there. Returns where they were
+    /// after every move, the last first.
+    fn fill_at_start(&self, wanted: Columns, fragments: &mut Fragments<'_>) -> Vec<[Vec<f64>; 3]> {
+        let mut places = Vec::new();
+        for stage in self.stack.iter().rev() {
+            if let Stage::Place(placement) = stage {
+                places.push([&fragments.x, &fragments.y, &fragments.depth].map(Vec::clone));
+                placement.undo(fragments);
+            }
+        }
+        fragments.fill(wanted, &*self.surfaces);
+        places
     }
 
     /// The name of the object that a face belongs to, with its source's: `"cars.glb/truck/wheel"`.

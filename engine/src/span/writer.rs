@@ -127,6 +127,8 @@ impl SpanWriter {
             scene,
             surfaces,
             stack: Vec::new(),
+            matte: None,
+            held: Vec::new(),
             faces: Arc::new(faces.finish()),
         };
         let cells = view.raster().cells();

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::camera::{Plane, View};
+use crate::camera::View;
 use crate::raster::{LinePlan, Raster};
-use crate::span::{Face, FaceId, FaceTable, OnLine, Ring, Role};
+use crate::span::{DepthRange, Face, FaceTable, OnLine, Ring, Role};
 
 /// Lines in a band. Faces are set up and thrown away once for all of them, and the compiler computes
 /// them side by side.
@@ -151,8 +151,7 @@ pub(super) struct Limits {
     cells: Range<u32>,
     /// Whether the viewport is narrower than the raster.
     narrow: bool,
-    front: Option<Plane>,
-    back: Option<Plane>,
+    depths: DepthRange,
 }
 
 impl Limits {
@@ -161,21 +160,18 @@ impl Limits {
         let [left, _, right, _] = view.window();
         let cells = raster.cell(left)..raster.cell(right);
         let (front, back) = view.depth_range();
-        let back_is_set = view.camera().back.is_some();
-        Limits {
-            narrow: cells != (0..raster.cells()),
-            cells,
-            front: front.is_finite().then(|| Plane::constant(front)),
-            back: back_is_set.then(|| Plane::constant(back)),
-        }
+        let front = front.is_finite().then_some(front);
+        let back = view.camera().back.is_some().then_some(back);
+        let narrow = cells != (0..raster.cells());
+        Limits { narrow, cells, depths: DepthRange { front, back } }
     }
 
     /// Whether nothing is ever cut.
     pub(super) fn are_open(&self) -> bool {
-        !self.narrow && self.front.is_none() && self.back.is_none()
+        !self.narrow && self.depths.is_open()
     }
 
-    /// The part of a segment that is seen. A plane is crossed at most once, exactly at a cell.
+    /// The part of a segment that is seen.
     pub(super) fn cut(
         &self,
         segment: Range<u32>,
@@ -183,20 +179,8 @@ impl Limits {
         y: f64,
         raster: Raster,
     ) -> Range<u32> {
-        let mut seen = segment.start.max(self.cells.start)..segment.end.min(self.cells.end);
-        // Faces at the very depth of a plane are seen: they lose against the front, win over the back.
-        let front = self.front.map(|p| OnLine::new(&p, u32::MAX, FaceId::NONE, y, raster));
-        let back = self.back.map(|p| OnLine::new(&p, 0, FaceId(0), y, raster));
-        for (limit, face_wins) in [(front, false), (back, true)] {
-            let Some(limit) = limit.filter(|_| !seen.is_empty()) else { continue };
-            let division = face.divide(&limit, seen.clone());
-            if division.first_wins_left == face_wins {
-                seen.end = division.boundary;
-            } else {
-                seen.start = division.boundary;
-            }
-        }
-        seen
+        let inside = segment.start.max(self.cells.start)..segment.end.min(self.cells.end);
+        self.depths.cut(inside, face, y, raster)
     }
 }
 

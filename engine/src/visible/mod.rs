@@ -118,6 +118,8 @@ fn frame(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Resul
             scene: Key::of(&(scene.key.to_bytes(), cluster.priority)),
             surfaces: Arc::new(SceneSurfaces::new(scene.clone())),
             stack: Vec::new(),
+            matte: None,
+            held: Vec::new(),
             faces: Arc::new(setup::face_table(cluster, view, plan)?),
         })
     };

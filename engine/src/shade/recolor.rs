@@ -1,0 +1,35 @@
+//! Colour correction by fragment, before resolve: no fringe where an object ends.
+
+use crate::color::Color;
+use crate::fragment::{Columns, Fragments, Shader};
+use crate::key::Key;
+
+/// Changes colours: times `multiply`, plus `add`, towards grey or away from it by `saturation`.
+#[derive(Clone, Copy, Debug)]
+pub struct Recolor {
+    /// Factor of each component.
+    pub multiply: Color,
+    /// What is added to each, after that.
+    pub add: Color,
+    /// 0 makes grey, 1 changes nothing.
+    pub saturation: f32,
+}
+
+impl Shader for Recolor {
+    fn key(&self) -> Key {
+        Key::of(&("Recolor", self.multiply, self.add, self.saturation))
+    }
+
+    fn reads(&self) -> Columns {
+        Columns::COLOR
+    }
+
+    fn shade(&self, fragments: &mut Fragments<'_>) {
+        for color in &mut fragments.color {
+            let bright = *color * self.multiply + self.add;
+            // Luminance of Rec. 709 primaries.
+            let grey = 0.2126 * bright.r + 0.7152 * bright.g + 0.0722 * bright.b;
+            *color = Color::grey(grey).mix(bright, self.saturation);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::color::Color;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::shade;
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::values::Lines;
+use std::sync::Arc;
+
+/// Corrects the colours of an image, surface by surface, before anything is resolved: one cluster can be
+/// graded before it is merged with others, and its edges have no fringe.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Recolor {
+    /// The image.
+    pub image: Link<SpanImage>,
+    /// Factor of the colour, scene-linear.
+    pub multiply: Color,
+    /// What is added to it, after that.
+    pub add: Color,
+    /// 0 makes grey, 1 changes nothing, more is more colourful.
+    #[schemars(range(min = 0.0))]
+    pub saturation: f32,
+}
+
+impl Default for Recolor {
+    fn default() -> Recolor {
+        let image = Link::default();
+        Recolor { image, multiply: Color::WHITE, add: Color::grey(0.0), saturation: 1.0 }
+    }
+}
+
+impl Node for Recolor {
+    type Output = SpanImage;
+    const KIND: &'static str = "Recolor";
+    const GROUP: &'static str = "shade";
+    const ALIASES: &'static [&'static str] = &["DeepRecolor", "Grade", "ColorCorrect", "DeepGrade"];
+
+    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.image, wanted.clone());
+        Ok(())
+    }
+
+    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let Recolor { multiply, add, saturation, .. } = *self;
+        let shader = shade::Recolor { multiply, add, saturation };
+        inputs.get(&self.image).shaded(Arc::new(shader))
+    }
+}

@@ -1,0 +1,51 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::span::{Keep, SpanImage};
+use spandrel_engine::values::Lines;
+
+/// An image, seen only where a matte is not before it, or only where it is. Opaque faces of the matte cut
+/// exactly; translucent ones hold out their share. Where one surface of the image is seen, what is kept outside and
+/// what is kept inside add up to it.
+#[derive(Serialize, Deserialize, JsonSchema, Default)]
+#[serde(deny_unknown_fields, default)]
+pub struct Holdout {
+    /// The image.
+    pub image: Link<SpanImage>,
+    /// The matte, seen through the same camera. It is not seen itself.
+    pub matte: Link<SpanImage>,
+    /// What is kept: `Outside`, what the matte does not hide, or `Inside`, what it hides.
+    pub keep: Kept,
+}
+
+/// What of an image is kept.
+#[derive(Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
+pub enum Kept {
+    /// What the matte does not hide.
+    #[default]
+    Outside,
+    /// What the matte hides.
+    Inside,
+}
+
+impl Node for Holdout {
+    type Output = SpanImage;
+    const KIND: &'static str = "Holdout";
+    const GROUP: &'static str = "span";
+    const ALIASES: &'static [&'static str] = &["DeepHoldout", "HoldIn", "Matte", "DeepMatte"];
+
+    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.image, wanted.clone());
+        upstream.ask(&self.matte, wanted.clone());
+        Ok(())
+    }
+
+    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let keep = match self.keep {
+            Kept::Outside => Keep::Outside,
+            Kept::Inside => Keep::Inside,
+        };
+        inputs.get(&self.image).held(&*inputs.get(&self.matte), keep)
+    }
+}

@@ -1,0 +1,193 @@
+//! What users of deep images do, on spans: laws of slices, crops, moves and holdouts.
+
+use glam::DVec3;
+use spandrel_engine::image::Image;
+use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
+use spandrel_engine::scene::Mesh;
+use spandrel_engine::span::{DepthRange, Keep, SpanImage};
+use spandrel_engine::visible;
+use spandrel_tests::scenes;
+use std::collections::BTreeSet;
+
+const SIZE: (u32, u32) = (48, 36);
+const RULE: Rule = Rule::Sampled(4, Weighting::Box);
+
+fn render(label: &str, mesh: Mesh) -> SpanImage {
+    let view = scenes::front_view(SIZE.0, SIZE.1);
+    let clusters = &[scenes::scene(label, mesh).into()];
+    visible::render(clusters, &view, RULE.plan().unwrap(), 0..SIZE.1).unwrap()
+}
+
+fn picture(image: &SpanImage) -> Image {
+    let channels = BTreeSet::from([Channel::Color, Channel::Z, Channel::N]);
+    resolve(image, RULE, &Framing::whole(image.view().raster()), &channels).unwrap()
+}
+
+/// Whether two images show the same, in every cell of every line.
+fn shows(a: &SpanImage, b: &SpanImage) -> bool {
+    a.lines() == b.lines() && a.layers() == b.layers()
+}
+
+#[test]
+fn slices_of_depth_merge_to_the_whole() {
+    for seed in 0..20 {
+        let image = render("faces", scenes::random_panes(seed, 25));
+        for distance in [4.0, 8.0, 11.0] {
+            let depth = Some(image.view().depth(distance));
+            let near = image.sliced(DepthRange { front: None, back: depth });
+            let far = image.sliced(DepthRange { front: depth, back: None });
+            let whole = SpanImage::merge(&[far.clone(), near.clone()]).unwrap();
+            assert_eq!(whole.lines(), image.lines(), "seed {seed}");
+            // What was clipped by the near part alone comes back where both are.
+            assert_eq!(whole.layers(), image.layers(), "seed {seed}");
+            let z = |image: &SpanImage| picture(image).float("Z").unwrap().to_vec();
+            assert!(z(&far).iter().all(|z| f64::from(*z) >= distance * (1.0 - 1e-5)));
+            let within = |z: &f32| z.is_infinite() || f64::from(*z) <= distance * (1.0 + 1e-5);
+            assert!(z(&near).iter().all(within));
+        }
+    }
+}
+
+#[test]
+fn crops_merge_to_the_whole() {
+    for seed in 0..10 {
+        let image = render("faces", scenes::random_panes(seed, 25));
+        let parts: Vec<SpanImage> = [0.0, 17.3, 30.0]
+            .into_iter()
+            .zip([17.3, 30.0, 48.0])
+            .flat_map(|(left, right)| {
+                [image.cropped(left..right, 0.0..20.0), image.cropped(left..right, 20.0..36.0)]
+            })
+            .collect();
+        assert!(shows(&SpanImage::merge(&parts).unwrap(), &image), "seed {seed}");
+        assert!(
+            image.cropped(60.0..90.0, 0.0..36.0).lines().items().iter().all(|s| !s.face.is_some())
+        );
+    }
+}
+
+#[test]
+fn moved_images_show_the_moved_picture() {
+    let image = render("ball", ball());
+    let before = picture(&image);
+    let after = picture(&image.moved(5.0, 3 * 4, 0..SIZE.1).unwrap());
+    for y in 3..SIZE.1 {
+        for x in 5..SIZE.0 {
+            let (a, b) = (before.rgba(x - 5, y - 3), after.rgba(x, y));
+            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5), "({x}, {y}): {a:?} {b:?}");
+        }
+    }
+    // Normals are those of the surface, wherever it is shown.
+    let at = |image: &Image, x: u32, y: u32| {
+        ["N.X", "N.Y", "N.Z"].map(|c| image.float(c).unwrap()[(y * SIZE.0 + x) as usize])
+    };
+    let (a, b) = (at(&before, 20, 15), at(&after, 25, 18));
+    assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4), "{a:?} {b:?}");
+    assert!(a != [0.0, 0.0, 1.0]);
+    let gone = image.moved(1e12, 0, 0..SIZE.1).unwrap();
+    assert!(gone.lines().items().iter().all(|span| !span.face.is_some()));
+}
+
+/// A coarse ball with the normals of a fine one.
+fn ball() -> Mesh {
+    let mut mesh = Mesh::default();
+    let point = |i: u32, j: u32| {
+        let (u, v) = (f64::from(i) / 12.0, f64::from(j) / 6.0);
+        let (u, v) = (u * std::f64::consts::TAU, (v - 0.5) * std::f64::consts::PI * 0.999);
+        let (su, cu) = (spandrel_engine::math::sin(u), spandrel_engine::math::cos(u));
+        let (sv, cv) = (spandrel_engine::math::sin(v), spandrel_engine::math::cos(v));
+        DVec3::new(cu * cv, sv, su * cv) * 2.0
+    };
+    for j in 0..=6 {
+        for i in 0..12 {
+            let p = point(i, j);
+            mesh.points.push(p);
+            mesh.normals.push(p.normalize().as_vec3());
+        }
+    }
+    for j in 0..6 {
+        for i in 0..12 {
+            let at = |i: u32, j: u32| j * 12 + i % 12;
+            for ring in [
+                [at(i, j), at(i, j + 1), at(i + 1, j)],
+                [at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)],
+            ] {
+                mesh.add_polygon(&ring, None).unwrap();
+            }
+        }
+    }
+    mesh
+}
+
+#[test]
+fn depths_are_scaled_and_moved_as_said() {
+    let wall = |z: f64| {
+        let corner = |x: f64, y: f64| DVec3::new(x, y, z);
+        let ring = [corner(-9.0, -9.0), corner(9.0, -9.0), corner(9.0, 9.0), corner(-9.0, 9.0)];
+        render(&format!("wall {z}"), scenes::polygons(&[ring.to_vec()]))
+    };
+    let z = |image: &SpanImage| f64::from(picture(image).float("Z").unwrap()[500]);
+    // The camera stands at z = 10.
+    let (near, far) = (wall(2.0), wall(0.0));
+    assert!((z(&far.with_depths(2.0, 0.0).unwrap()) - 5.0).abs() < 1e-6);
+    assert!((z(&far.with_depths(1.0, 0.1).unwrap()) - 5.0).abs() < 1e-6);
+    let both = SpanImage::merge(&[near.clone(), far.with_depths(2.0, 0.0).unwrap()]).unwrap();
+    assert!((z(&both) - 5.0).abs() < 1e-6);
+    // Beyond infinity nothing is seen.
+    assert!(z(&far.with_depths(1.0, -0.2).unwrap()).is_infinite());
+    assert!(far.with_depths(0.0, 0.0).is_err() && far.with_depths(1.0, f64::NAN).is_err());
+}
+
+#[test]
+fn what_is_held_out_and_what_is_held_in_add_up() {
+    for seed in 0..20 {
+        let image = render("image", scenes::random_faces(seed, 15));
+        let matte = render("matte", scenes::random_panes(seed + 100, 12));
+        let whole = picture(&image);
+        let outside = picture(&image.held(&matte, Keep::Outside).unwrap());
+        let inside = picture(&image.held(&matte, Keep::Inside).unwrap());
+        for (x, y) in (0..SIZE.0).flat_map(|x| (0..SIZE.1).map(move |y| (x, y))) {
+            let [w, o, i] = [&whole, &outside, &inside].map(|picture| picture.rgba(x, y));
+            for c in 0..4 {
+                assert!((o[c] + i[c] - w[c]).abs() < 1e-5, "{seed} ({x}, {y}): {o:?} {i:?} {w:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_opaque_holdout_is_the_merge_without_its_matte() {
+    for seed in 0..20 {
+        let image = render("image", scenes::random_faces(seed, 15));
+        let matte = render("matte", scenes::random_faces(seed + 100, 12));
+        let held = image.held(&matte, Keep::Outside).unwrap();
+        let again = SpanImage::merge(&[held.clone(), matte.clone()]).unwrap();
+        let merged = SpanImage::merge(&[image, matte]).unwrap();
+        let (a, b) = (picture(&again), picture(&merged));
+        for name in ["R", "G", "B", "A", "Z"] {
+            assert_eq!(a.float(name), b.float(name), "seed {seed} {name}");
+        }
+    }
+}
+
+#[test]
+fn a_holdout_holds_out_nothing_that_comes_later() {
+    // A wall held out by a pane: half of it is left, and a wall behind shows through the other half;
+    // the pane itself, merged from elsewhere, does not hold that one out.
+    let mesh = |front: Option<u32>, z: f64| {
+        let mut mesh = Mesh::default();
+        mesh.materials = vec!["pane".into(), "tint".into()];
+        let corners = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)];
+        let ring: Vec<u32> = corners.map(|(x, y)| mesh.add_point(DVec3::new(x, y, z))).to_vec();
+        mesh.add_polygon(&ring, front).unwrap();
+        mesh
+    };
+    let (wall, pane) = (render("wall", mesh(None, 0.0)), render("pane", mesh(Some(0), 1.0)));
+    let held = wall.held(&pane, Keep::Outside).unwrap();
+    let rgba = |image: &SpanImage| picture(image).rgba(20, 20);
+    let close = |a: [f32; 4], b: [f32; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+    assert!(close(rgba(&held), [0.4, 0.4, 0.4, 0.5]), "{:?}", rgba(&held));
+    let behind = render("behind", mesh(None, -1.0));
+    let both = SpanImage::merge(&[held, behind]).unwrap();
+    assert!(close(rgba(&both), [0.8, 0.8, 0.8, 1.0]), "{:?}", rgba(&both));
+}
