@@ -46,6 +46,6 @@ impl Node for Holdout {
             Kept::Outside => Keep::Outside,
             Kept::Inside => Keep::Inside,
         };
-        inputs.get(&self.image).held(&*inputs.get(&self.matte), keep)
+        inputs.get(&self.image).held(&inputs.get(&self.matte), keep)
     }
 }
