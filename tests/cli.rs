@@ -303,3 +303,36 @@ fn pictures_are_compared_channel_by_channel() {
     assert_eq!(code(&["a.exr", "e.exr"]), Some(1));
     assert_eq!(code(&["a.exr", "g.ron"]), Some(4));
 }
+
+#[test]
+fn inspect_draws_a_line_of_an_image_and_of_what_it_is_made_of() {
+    let folder = Folder::new("inspect");
+    let merged = GRAPH
+        .replace("Scanline(scene: \"box.ron\", camera: \"eye\"),", "Scanline(scene: \"box.ron\", camera: \"eye\"),\n    \"more\": Scanline(scene: \"more.ron\", camera: \"eye\"),\n    \"both\": DepthMerge(inputs: [\"boxes\", \"more\"]),")
+        .replace("Resolve(image: \"boxes\"", "Resolve(image: \"both\"");
+    std::fs::write(folder.0.join("merged.ron"), merged).unwrap();
+    let more =
+        "Scene(plans: [(name: \"p\", root: (name: \"<ball>\", shape: Sphere(radius: 0.6)))])";
+    std::fs::write(folder.0.join("more.ron"), more).unwrap();
+    let ran = folder.run(&["inspect", "merged.ron", "--line", "15"]);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    for panel in ["boxes: ", "more: ", "both: "] {
+        assert!(ran.out.contains(panel), "{panel}: {}", ran.out);
+    }
+    // Text is text, whatever it is.
+    assert!(ran.out.contains("more.ron") && !ran.out.contains("<ball>"), "{}", ran.out);
+    let one = folder.run(&["inspect", "merged.ron", "--line", "15", "-w", "more", "-o", "l.svg"]);
+    assert_eq!(one.code, Some(0), "{one:?}");
+    let svg = std::fs::read_to_string(folder.0.join("l.svg")).unwrap();
+    assert!(!svg.contains("boxes: ") && svg.contains("more: "));
+    for (arguments, word) in [
+        (&["--line", "30"][..], "0 to 30"),
+        (&["--line", "nan"], "0 to 30"),
+        (&["--line", "3", "--columns", "30,90"], "0 to 40"),
+        (&["--line", "3", "-w", "eye"], "no span image"),
+    ] {
+        let ran = folder.run(&[&["inspect", "merged.ron"], arguments].concat());
+        assert_eq!(ran.code, Some(1), "{ran:?}");
+        assert!(ran.err.contains(word), "{}", ran.err);
+    }
+}

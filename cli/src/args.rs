@@ -22,6 +22,7 @@ pub(crate) enum Command {
     Check(Check),
     Nodes(Nodes),
     Measure(Measure),
+    Inspect(Inspect),
     Info(Info),
     Convert(Convert),
     Diff(Diff),
@@ -152,6 +153,31 @@ pub(crate) struct Measure {
     pub(crate) quiet: bool,
 }
 
+/// Draws one line of an image as svg: depths and spans, of the image and of what it is merged from.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Inspect {
+    /// The graph.
+    pub(crate) graph: PathBuf,
+    /// Where the line lies, in pixels from the top; the first line at or below it is drawn.
+    #[arg(long, value_name = "Y")]
+    pub(crate) line: f64,
+    /// The image: a node that makes a SpanImage. Default: the one that is resolved.
+    #[arg(short = 'w', long = "write", value_name = "NODE")]
+    pub(crate) write: Option<String>,
+    /// Draw these columns only.
+    #[arg(long, value_name = "FROM,TO", value_parser = columns)]
+    pub(crate) columns: Option<[u32; 2]>,
+    /// Solve visibility at this size.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<(u32, u32)>,
+    /// Set a parameter first.
+    #[arg(long, value_name = "NODE.PARAM=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<Setting>,
+    /// Write to this file. Default: the standard output.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
 /// Compares two pictures, channel by channel; exits with 1 if they differ.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Diff {
@@ -224,6 +250,12 @@ fn scale(text: &str) -> Result<(f64, f64), String> {
     };
     Framing::check_scale((x, y).into()).map_err(|e| e.to_string())?;
     Ok((x, y))
+}
+
+fn columns(text: &str) -> Result<[u32; 2], String> {
+    numbers(text, ',')
+        .and_then(|numbers| <[u32; 2]>::try_from(numbers).ok())
+        .ok_or_else(|| "write from,to in pixels, such as 200,400".to_owned())
 }
 
 fn window(text: &str) -> Result<[u32; 4], String> {

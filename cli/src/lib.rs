@@ -15,6 +15,7 @@ mod diff;
 mod difference;
 mod exit;
 mod info;
+mod inspect;
 mod measure;
 mod nodes;
 mod print;
@@ -55,6 +56,7 @@ pub fn run(registry: Registry) -> ExitCode {
         Command::Check(args) => check::run(&registry, &args),
         Command::Nodes(args) => nodes::run(&registry, &args),
         Command::Measure(args) => measure::run(&registry, &args),
+        Command::Inspect(args) => inspect::run(&registry, &args),
         Command::Info(args) => info::run(&args),
         Command::Diff(args) => diff::run(&args),
         Command::Convert(args) => convert::run(&args),
