@@ -1,11 +1,11 @@
 //! Lines as pictures: a sub-scanline in, a sub-scanline out. One letter is one pixel, `.` is background.
-//! \[N] figs. 5 and 6.
+//! Capitals are translucent. \[N] figs. 5 and 6.
 
 use spandrel_engine::camera::Plane;
 use spandrel_engine::fragment::{Columns, Fragments, Surfaces};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::{LinePlan, Phase};
-use spandrel_engine::span::{FaceHead, FaceId, Role, SpanImage, SpanWriter, line};
+use spandrel_engine::span::{FaceHead, FaceId, Role, SpanImage, SpanWriter, layer, line};
 use spandrel_tests::scenes;
 use std::sync::Arc;
 
@@ -32,7 +32,7 @@ fn draw(art: &str, faces: &[Depth]) -> SpanImage {
     let view = scenes::front_view(width, 1);
     let plan = LinePlan::new(1, Phase::Centre).unwrap();
     let mut writer = SpanWriter::new(view, plan, 0..1);
-    for (ordinal, (_, left, right, rank)) in faces.iter().enumerate() {
+    for (ordinal, (letter, left, right, rank)) in faces.iter().enumerate() {
         let a = (right - left) / f64::from(width);
         let head = FaceHead {
             ordinal: ordinal as u32,
@@ -40,7 +40,7 @@ fn draw(art: &str, faces: &[Depth]) -> SpanImage {
             rank: *rank,
             role: Role::Face,
             sees_front: true,
-            is_translucent: false,
+            is_translucent: letter.is_uppercase(),
         };
         writer.face(head, &[]).unwrap();
     }
@@ -73,6 +73,57 @@ fn merge(a: &str, b: &str, faces: &[Depth]) -> String {
     assert!(SpanImage::merge(&[ab.clone(), a]).unwrap() == ab, "merging again changed a bit");
     assert!(SpanImage::merge(&[ab.clone(), b]).unwrap() == ab, "merging again changed a bit");
     show(&ab, faces)
+}
+
+/// What is seen through what: a row for each layer, from front to back, and one for what is opaque.
+fn merge_layers(a: &str, b: &str, faces: &[Depth]) -> Vec<String> {
+    let opaque = merge(a, b, faces);
+    let image = SpanImage::merge(&[draw(a, faces), draw(b, faces)]).unwrap();
+    let (raster, y) = (image.view().raster(), image.plan().y(0));
+    let mut rows: Vec<Vec<char>> = Vec::new();
+    let each = |stack: layer::Stack| {
+        let pixels =
+            (0..raster.width).filter(|x| stack.cells.contains(&raster.cell(f64::from(*x) + 0.5)));
+        for pixel in pixels {
+            for (i, face) in stack.layers.iter().enumerate() {
+                rows.resize_with(rows.len().max(i + 1), || vec!['.'; raster.width as usize]);
+                rows[i][pixel as usize] = faces[image.face(*face).1.ordinal as usize].0;
+            }
+        }
+    };
+    let (spans, segments) = (image.lines().line(0), image.layers().line(0));
+    layer::stacks(spans, segments, raster.cells(), |face| image.on_line(face, y), each);
+    let layers = rows.into_iter().map(|row| row.into_iter().collect());
+    layers.chain([opaque]).collect()
+}
+
+#[test]
+fn translucent_spans_stay_before_what_they_do_not_hide() {
+    // Fig. 6 (a) with layers: the nearer lets the farther through, the farther is hidden.
+    let faces = [('P', 2.0, 2.0, 0), ('f', 1.0, 1.0, 0), ('B', 0.0, 0.0, 0)];
+    assert_eq!(merge_layers("..PPPP....", "ffffffffff", &faces), ["..PPPP....", "ffffffffff"]);
+    assert_eq!(merge_layers("BBBBBBBBBB", "...ffff...", &faces), ["BBB....BBB", "...ffff..."]);
+    let both = merge_layers("PPPPPPP...", "..BBBBBBBB", &faces);
+    assert_eq!(both, ["PPPPPPPBBB", "..BBBBB...", ".........."]);
+}
+
+#[test]
+fn translucent_spans_change_order_where_their_planes_meet() {
+    // Fig. 6 (b) with layers.
+    let faces = [('U', 0.0, 2.0, 0), ('d', 2.0, 0.0, 0), ('D', 2.0, 0.0, 0)];
+    assert_eq!(merge_layers("UUUUUUUUUU", "dddddddddd", &faces), [".....UUUUU", "dddddddddd"]);
+    let crossing = merge_layers("UUUUUUUUUU", "DDDDDDDDDD", &faces);
+    assert_eq!(crossing, ["DDDDDUUUUU", "UUUUUDDDDD", ".........."]);
+}
+
+#[test]
+fn coincident_translucent_spans_lie_in_order_of_rank_and_face() {
+    // Fig. 6 (c) with layers.
+    let faces = [('P', 1.0, 1.0, 0), ('a', 1.0, 1.0, 0), ('Q', 1.0, 1.0, 0), ('S', 1.0, 1.0, 1)];
+    assert_eq!(merge_layers("PPPPPP....", "..aaaaaa..", &faces), ["PP........", "..aaaaaa.."]);
+    assert_eq!(merge_layers("QQQQQQ....", "..aaaaaa..", &faces), ["QQQQQQ....", "..aaaaaa.."]);
+    let ranks = merge_layers("SSSSSS....", "..QQQQQQ..", &faces);
+    assert_eq!(ranks, ["SSSSSSQQ..", "..QQQQ....", ".........."]);
 }
 
 #[test]
