@@ -9,9 +9,10 @@
 //!   stops and the mean over the strip stays the line's own. Following it to each end for itself was
 //!   measured worse: by 7 % on a town at four lines per row, by half on a disc of short edges, where
 //!   what one side gains and the other loses no longer cancel;
-//! - boundaries of a line never cross: those that would are pooled at their mean (isotonic
-//!   regression), above and below independently. Limiting each to its neighbour's *middle* instead was
-//!   measured to make slivers worse than steps.
+//! - boundaries of a line never cross. The slopes of two that would are flattened until they meet at the
+//!   strip's end, upwards and downwards alike: the span between them then has the very area that the
+//!   line without slopes gives it, and a sliver is never worse than sampled. Pooling those that would
+//!   cross at their mean was measured to lose two fifths of the area of dense slivers.
 
 use std::collections::HashMap;
 
@@ -64,9 +65,12 @@ impl<'a> Boundaries<'a> {
             bottom.push(below);
         }
         let width = f64::from(self.raster.width);
-        for list in [top, bottom] {
-            list[start..].iter_mut().for_each(|x| *x = x.clamp(0.0, width));
-            pool(&mut list[start..]);
+        for list in [&mut top[start..], &mut bottom[start..]] {
+            list.iter_mut().for_each(|x| *x = x.clamp(0.0, width));
+        }
+        if !(top[start..].is_sorted() && bottom[start..].is_sorted()) {
+            let middle = stacks.spans(k)[1..].iter().map(|span| self.raster.pixels(span.x));
+            separate(&middle.collect::<Vec<_>>(), width, &mut top[start..], &mut bottom[start..]);
         }
     }
 
@@ -141,26 +145,56 @@ fn all_edges<'t>(table: &'t FaceTable, face: &'t Face) -> impl Iterator<Item = E
     table.edges(face).chain(parent.into_iter().flat_map(|parent| table.edges(parent)))
 }
 
-/// Makes numbers ascend by pooling neighbours that do not at their mean.
-fn pool(list: &mut [f64]) {
-    if list.is_sorted() {
-        return;
-    }
-    // Pools from left to right: (sum, count), each pool's mean above the one before.
-    let mut pools: Vec<(f64, usize)> = Vec::new();
-    for x in list.iter() {
-        let mut last = (*x, 1);
-        while let Some((sum, count)) = pools.last().copied() {
-            if sum * last.1 as f64 <= last.0 * count as f64 {
-                break;
-            }
-            pools.pop();
-            last = (last.0 + sum, last.1 + count);
+/// Passes in which slopes are flattened before boundaries are kept within half of the way.
+const PASSES: usize = 8;
+
+/// Keeps boundaries from crossing, given where they cross the line itself: the slopes of two that would
+/// are flattened until they meet at the strip's end. Where that does not settle it soon, each is kept
+/// within half of the way to its nearest neighbour.
+fn separate(middle: &[f64], width: f64, top: &mut [f64], bottom: &mut [f64]) {
+    let crosses =
+        |top: &[f64], bottom: &[f64], i: usize| top[i - 1] > top[i] || bottom[i - 1] > bottom[i];
+    let mut changed = true;
+    for _ in 0..PASSES {
+        if !std::mem::take(&mut changed) {
+            return;
         }
-        pools.push(last);
+        for i in 1..middle.len() {
+            if crosses(top, bottom, i) {
+                let gap = middle[i] - middle[i - 1];
+                let closing = |ends: &[f64]| gap - (ends[i] - ends[i - 1]);
+                // A little less, so that rounding does not undo it.
+                let keep = gap / closing(top).max(closing(bottom)) * (1.0 - 1e-12);
+                for i in [i - 1, i] {
+                    for x in [&mut top[i], &mut bottom[i]] {
+                        *x = middle[i] + (*x - middle[i]) * keep;
+                    }
+                }
+                changed = true;
+            }
+        }
     }
-    let means = pools.into_iter().flat_map(|(sum, n)| std::iter::repeat_n(sum / n as f64, n));
-    list.iter_mut().zip(means).for_each(|(x, mean)| *x = mean);
+    let mut is_limited = vec![false; middle.len()];
+    let mut limit = |i: usize, top: &mut [f64], bottom: &mut [f64]| {
+        if std::mem::replace(&mut is_limited[i], true) {
+            return false;
+        }
+        let left = if i == 0 { 0.0 } else { middle[i - 1] };
+        let right = middle.get(i + 1).copied().unwrap_or(width);
+        let reach = (middle[i] - left).min(right - middle[i]) / 2.0;
+        for x in [&mut top[i], &mut bottom[i]] {
+            *x = x.clamp(middle[i] - reach, middle[i] + reach);
+        }
+        true
+    };
+    while std::mem::take(&mut changed) {
+        for i in 1..middle.len() {
+            if crosses(top, bottom, i) {
+                changed |= limit(i - 1, top, bottom);
+                changed |= limit(i, top, bottom);
+            }
+        }
+    }
 }
 
 #[cfg(test)]
@@ -168,15 +202,22 @@ mod tests {
     use super::*;
 
     #[test]
-    fn boundaries_that_would_cross_meet_at_their_mean() {
-        let mut list = [1.0, 3.0, 2.0, 5.0];
-        pool(&mut list);
-        assert_eq!(list, [1.0, 2.5, 2.5, 5.0]);
-        let mut list = [4.0, 3.0, 2.0];
-        pool(&mut list);
-        assert_eq!(list, [3.0, 3.0, 3.0]);
-        let mut list = [1.0, 10.0, 0.0, 1.0];
-        pool(&mut list);
-        assert!(list.is_sorted(), "{list:?}");
+    fn boundaries_that_would_cross_keep_the_area_between_them() {
+        // The first two run apart, the next two into each other, the last follows its neighbour.
+        let middle = [1.0, 2.0, 4.0, 5.0, 5.5];
+        let mut top = [0.6, 2.2, 3.0, 5.9, 6.4];
+        let mut bottom = [1.4, 1.8, 5.0, 4.1, 4.6];
+        let before = (top, bottom);
+        separate(&middle, 9.0, &mut top, &mut bottom);
+        assert!(top.is_sorted() && bottom.is_sorted(), "{top:?} {bottom:?}");
+        for i in 0..5 {
+            assert!((top[i] + bottom[i] - 2.0 * middle[i]).abs() < 1e-12, "{top:?} {bottom:?}");
+        }
+        assert_eq!((top[0], bottom[0]), (before.0[0], before.1[0]), "nothing to do with it");
+        // Neighbours that run side by side may be as near as they like.
+        let (mut top, mut bottom) = ([1.0, 1.1, 1.2], [3.0, 3.1, 3.2]);
+        let before = (top, bottom);
+        separate(&[2.0, 2.1, 2.2], 9.0, &mut top, &mut bottom);
+        assert_eq!((top, bottom), before);
     }
 }
