@@ -85,7 +85,7 @@ fn depth_holds_nine_digits_from_a_millimetre_to_a_thousand_kilometres() {
         let object = |i: u32| {
             let z = 10.0 - distance * (1.0 + f64::from(i) * 1e-9);
             let mesh = scenes::polygons(&[wall(z, distance * 9.0)]);
-            Object::new(&format!("wall {i}"), Shape::Faces(mesh))
+            Object::new(format!("wall {i}"), Shape::Faces(mesh))
         };
         let mut root = Object::new("walls", Shape::Group);
         root.children = (0..4).map(object).collect();

@@ -21,13 +21,31 @@ use crate::camera::Plane;
 use crate::raster::Raster;
 use crate::span::{Edge, Face, FaceId, FaceTable, Role, Span, SpanImage};
 
+/// How many edges of the last line are looked at for one of this.
+const LOOK_AHEAD: usize = 4;
+
 /// Corners from which on a face's edges are sorted by line before they are searched.
 const MANY: usize = 12;
 
-/// Finds boundaries, line after line; remembers the edges of faces that have many.
+/// An edge between two faces.
+#[derive(Clone, Copy)]
+struct Between {
+    left: FaceId,
+    right: FaceId,
+    edge: Edge,
+    slope: f64,
+}
+
+/// Finds boundaries, line after line; remembers the edges of the last line, most of which the next one
+/// crosses too, and those of faces that have many.
 pub(super) struct Boundaries<'a> {
     image: &'a SpanImage,
     raster: Raster,
+    /// The edges found on the last line and on this one, from left to right.
+    last: Vec<Between>,
+    found: Vec<Between>,
+    /// Where in `last` the search goes on.
+    cursor: usize,
     /// Edges of faces with many, of those that reach the lines `around`.
     edges: HashMap<FaceId, Vec<Edge>>,
     around: (f64, f64),
@@ -38,6 +56,9 @@ impl<'a> Boundaries<'a> {
         Boundaries {
             image,
             raster: image.view().raster(),
+            last: Vec::new(),
+            found: Vec::new(),
+            cursor: 0,
             edges: HashMap::new(),
             around: (f64::INFINITY, f64::NEG_INFINITY),
         }
@@ -58,6 +79,9 @@ impl<'a> Boundaries<'a> {
             self.around = (y, y + 1.0);
             self.edges.clear();
         }
+        std::mem::swap(&mut self.last, &mut self.found);
+        self.found.clear();
+        self.cursor = 0;
         let start = top.len();
         for pair in stacks.spans(k).windows(2) {
             let (above, below) = self.boundary(stacks, &pair[0], &pair[1], y, half);
@@ -83,19 +107,38 @@ impl<'a> Boundaries<'a> {
         half: f64,
     ) -> (f64, f64) {
         let cell = right.x;
+        let faces = (left.face, right.face);
+        if let Some(known) = self.known(faces, cell, y) {
+            self.found.push(known);
+            return ends(&known.edge, known.slope, y, half);
+        }
         let (left, right) = (stacks.members(&left.face), stacks.members(&right.face));
-        let ends = left.iter().filter(|id| !right.contains(id));
-        let begins = right.iter().filter(|id| !left.contains(id));
-        for id in ends.chain(begins) {
+        let ending = left.iter().filter(|id| !right.contains(id));
+        let beginning = right.iter().filter(|id| !left.contains(id));
+        for id in ending.chain(beginning) {
             if let Some(edge) = self.edge_at(*id, cell, y) {
-                // Alike upwards and downwards, so that the line's own x stays the mean.
-                let reach = half.min(y - edge.top.y).min(edge.bottom.y - y);
-                return (edge.x_at(y - reach), edge.x_at(y + reach));
+                let slope = edge.slope();
+                // Ids of stacks last for a row only.
+                if left.len() <= 1 && right.len() <= 1 {
+                    self.found.push(Between { left: faces.0, right: faces.1, edge, slope });
+                }
+                return ends(&edge, slope, y, half);
             }
         }
         let x = self.raster.pixels(cell);
         let slope = self.seam(left, right, x, y).unwrap_or(0.0);
         (x - slope * half, x + slope * half)
+    }
+
+    /// The edge that parted two faces on the last line, if this one crosses it at a cell.
+    #[inline(always)]
+    fn known(&mut self, faces: (FaceId, FaceId), cell: u32, y: f64) -> Option<Between> {
+        let near = self.last.get(self.cursor..)?.iter().take(LOOK_AHEAD);
+        let at = near.clone().position(|known| (known.left, known.right) == faces)?;
+        let known = self.last[self.cursor + at];
+        self.cursor += at + 1;
+        let meets = || self.raster.cell(known.edge.x_by(known.slope, y)) == cell;
+        (known.edge.crosses(y) && meets()).then_some(known)
     }
 
     /// The edge of a face that crosses a line at a cell.
@@ -134,6 +177,14 @@ impl<'a> Boundaries<'a> {
             ((meets - x).abs() < 1e-3 && slope.is_finite()).then_some(slope)
         })
     }
+}
+
+/// The x of an edge at the top and the bottom of a strip: followed alike upwards and downwards, so that
+/// the line's own x stays the mean.
+#[inline(always)]
+fn ends(edge: &Edge, slope: f64, y: f64, half: f64) -> (f64, f64) {
+    let reach = half.min(y - edge.top.y).min(edge.bottom.y - y);
+    (edge.x_by(slope, y - reach), edge.x_by(slope, y + reach))
 }
 
 /// The edges that bound a face, with those of its parent for a seal.

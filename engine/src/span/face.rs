@@ -112,7 +112,13 @@ impl Edge {
     /// Where it crosses the line at `y`, never outside its own ends.
     #[inline(always)]
     pub fn x_at(&self, y: f64) -> f64 {
-        let x = self.top.x + (y - self.top.y) * self.slope();
+        self.x_by(self.slope(), y)
+    }
+
+    /// The same by its [`slope`](Edge::slope), for whoever knows it.
+    #[inline(always)]
+    pub fn x_by(&self, slope: f64, y: f64) -> f64 {
+        let x = self.top.x + (y - self.top.y) * slope;
         x.max(self.top.x.min(self.bottom.x)).min(self.top.x.max(self.bottom.x))
     }
 }
