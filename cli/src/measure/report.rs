@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::{Measurement, plot};
+use super::{Measured, Measurement, plot};
 use crate::print;
 
 /// A table for people.
@@ -13,16 +13,8 @@ pub(crate) fn table(measurement: &Measurement) -> String {
     );
     let rows = measurement.rows.iter().map(|row| {
         let mut cells = row.values.clone();
-        cells.extend([
-            format!("{:.6}", row.error.rmse),
-            format!("{:.6}", row.error.high),
-            format!("{:.6}", row.error.most),
-            format!("{:.3} %", row.error.above_step * 100.0),
-            print::seconds(row.seconds),
-            row.peak_bytes.map_or_else(String::new, |bytes| print::bytes(bytes as usize)),
-            print::bytes(row.span_bytes as usize),
-            if row.is_best { "best".to_owned() } else { String::new() },
-        ]);
+        cells.extend(figures(row));
+        cells.push(if row.is_best { "best".to_owned() } else { String::new() });
         cells
     });
     let rows: Vec<Vec<String>> = std::iter::once(head).chain(rows).collect();
@@ -41,6 +33,19 @@ pub(crate) fn table(measurement: &Measurement) -> String {
     }
     let _ = writeln!(out, "against {}; median of {} runs", measurement.reference, measurement.runs);
     out
+}
+
+/// What was measured of a setting, for people.
+fn figures(row: &Measured) -> [String; 7] {
+    [
+        format!("{:.6}", row.error.rmse),
+        format!("{:.6}", row.error.high),
+        format!("{:.6}", row.error.most),
+        format!("{:.3} %", row.error.above_step * 100.0),
+        print::seconds(row.seconds),
+        row.peak_bytes.map_or_else(String::new, |bytes| print::bytes(bytes as usize)),
+        print::bytes(row.span_bytes as usize),
+    ]
 }
 
 /// Comma-separated values: seconds and bytes as they are, one row for each setting.
@@ -74,15 +79,7 @@ pub(crate) fn html(measurement: &Measurement) -> String {
     for row in &measurement.rows {
         let _ = write!(body, "<tr{}>", if row.is_best { " class=\"best\"" } else { "" });
         row.values.iter().for_each(|value| body.push_str(&cell("td", value)));
-        for text in [
-            format!("{:.6}", row.error.rmse),
-            format!("{:.6}", row.error.high),
-            format!("{:.6}", row.error.most),
-            format!("{:.3} %", row.error.above_step * 100.0),
-            print::seconds(row.seconds),
-            row.peak_bytes.map_or_else(String::new, |bytes| print::bytes(bytes as usize)),
-            print::bytes(row.span_bytes as usize),
-        ] {
+        for text in figures(row) {
             body.push_str(&cell("td", &text));
         }
         body.push_str("</tr>\n");
