@@ -12,7 +12,7 @@ use std::io::Write as _;
 use std::ops::Range;
 
 use crate::args::Inspect;
-use crate::measure::escape;
+use crate::print::escape;
 use crate::{check, exit, print};
 
 pub(crate) fn run(registry: &Registry, args: &Inspect) -> u8 {

@@ -95,3 +95,8 @@ pub(crate) fn seconds(time: f64) -> String {
         t => format!("{t:.2} s"),
     }
 }
+
+/// A text in XML.
+pub(crate) fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

@@ -6,8 +6,6 @@
 mod plot;
 mod report;
 
-pub(crate) use report::escape;
-
 use serde_json::Value as Json;
 use spandrel_engine::graph::Registry;
 use spandrel_engine::image::{Image, file};

@@ -2,9 +2,8 @@
 
 use std::fmt::Write;
 
-use super::report::escape;
 use super::{Measured, Measurement};
-use crate::print;
+use crate::print::{self, escape};
 
 const SIZE: (f64, f64) = (860.0, 520.0);
 /// Left, top, right and bottom borders.

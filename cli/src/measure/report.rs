@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{Measured, Measurement, plot};
-use crate::print;
+use crate::print::{self, escape};
 
 /// A table for people.
 pub(crate) fn table(measurement: &Measurement) -> String {
@@ -102,9 +102,4 @@ pub(crate) fn html(measurement: &Measurement) -> String {
 
 fn cell(kind: &str, text: &str) -> String {
     format!("<{kind}>{}</{kind}>", escape(text))
-}
-
-/// A text in XML.
-pub(crate) fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
