@@ -159,21 +159,12 @@ impl SpanImage {
         let range = self.plan().lines(&rows);
         let spans = Lines::compute(range.clone(), |k, out| {
             let start = out.len();
-            line::push(out, start, 0, FaceId::NONE);
+            out.push(Span { x: 0, face: FaceId::NONE });
             let Some(from) = source(k) else { return };
-            for (range, face) in line::segments(image.lines().line(from), cells) {
-                let moved = shifted(range.start)..shifted(range.end);
-                if moved.start == 0 && !moved.is_empty() {
-                    out.truncate(start);
-                }
-                if !moved.is_empty() {
-                    line::push(out, start, moved.start, face);
-                    if moved.end < cells {
-                        line::push(out, start, moved.end, FaceId::NONE);
-                    }
-                }
-            }
-            tidy(out, start);
+            let spans = image.lines().line(from).iter();
+            out.extend(spans.map(|span| Span { x: shifted(span.x), face: span.face }));
+            out.push(Span { x: shifted(cells), face: FaceId::NONE });
+            tidy(out, start, cells);
         });
         let layers = Layers::compute(range, |k, out| {
             let start = out.len();
@@ -205,11 +196,11 @@ impl SpanImage {
 }
 
 /// Removes spans of no length, and joins neighbours of one face.
-fn tidy(out: &mut Vec<Span>, start: usize) {
+fn tidy(out: &mut Vec<Span>, start: usize, cells: u32) {
     let mut kept = start;
     for i in start..out.len() {
         let span = out[i];
-        if out.get(i + 1).is_some_and(|next| next.x == span.x) {
+        if span.x == out.get(i + 1).map_or(cells, |next| next.x) {
             continue;
         }
         if kept == start || out[kept - 1].face != span.face {

@@ -5,6 +5,7 @@
 //! hold when fragments are blended. What a matte dims no longer hides what lies behind it, and so becomes
 //! a layer itself.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::layer::{self, Segment};
@@ -61,19 +62,45 @@ impl SpanImage {
         let own = self.sources().iter().map(own).collect();
         let other = matte.sources().iter().map(other).collect();
         let [this, matte] = SpanImage::in_one_frame([(self, own), (matte, other)])?;
-        let held = Lines::compute(this.lines().range(), |k, out| match keep {
-            Keep::Outside => outside(&this, &matte, k, out),
+        let cells = this.view().raster().cells();
+        let all = this.lines().range();
+        if keep == Keep::Inside {
             // All of it becomes layers.
-            Keep::Inside => out.push(Span { x: 0, face: FaceId::NONE }),
+            let nothing = Lines::compute(all.clone(), |_, out| {
+                out.push(Span { x: 0, face: FaceId::NONE });
+            });
+            let layers = Layers::compute(all, |k, out| {
+                let start = out.len();
+                for image in [&this, &matte] {
+                    out.extend_from_slice(image.layers().line(k));
+                    each_opaque(image.lines().line(k), cells, |segment| out.push(segment));
+                }
+                layer::normalize(out, start);
+            });
+            return Ok(this.with_lines(nothing, layers));
+        }
+        let held = Lines::compute(all.clone(), |k, out| outside(&this, &matte, k, out));
+        // A matte that lies behind all that is opaque holds nothing.
+        let mattes = clipped(matte.layers(), &held, &this);
+        let seen = clipped(this.layers(), matte.lines(), &this);
+        let layers = Layers::compute(all.clone(), |k, out| {
+            let start = out.len();
+            out.extend_from_slice(seen.line(k));
+            out.extend_from_slice(mattes.line(k));
+            divide(held.line(k), mattes.line(k), cells, |range, face, is_under| {
+                if is_under && face.is_some() {
+                    out.push(Segment { start: range.start, face, end: range.end });
+                }
+            });
+            layer::normalize(out, start);
         });
-        let layers = Layers::compute(held.range(), |k, out| {
-            layers(&this, &matte, keep, k, held.line(k), out);
+        let solid = Lines::compute(all, |k, out| {
+            let start = out.len();
+            divide(held.line(k), mattes.line(k), cells, |range, face, is_under| {
+                line::push(out, start, range.start, if is_under { FaceId::NONE } else { face });
+            });
         });
-        let lines = match is_soft {
-            true => Lines::compute(held.range(), |k, out| solid(held.line(k), &matte, k, out)),
-            false => held,
-        };
-        Ok(this.with_lines(lines, layers))
+        Ok(this.with_lines(solid, layers))
     }
 }
 
@@ -91,68 +118,46 @@ fn outside(this: &SpanImage, matte: &SpanImage, k: u32, out: &mut Vec<Span>) {
     }
 }
 
-/// The layers of a held line: what was one, what a soft matte lies over, and the matte itself.
-fn layers(
-    this: &SpanImage,
-    matte: &SpanImage,
-    keep: Keep,
-    k: u32,
-    held: &[Span],
-    out: &mut Vec<Segment>,
-) {
-    let cells = this.view().raster().cells();
-    let y = this.plan().y(k);
-    let on_line = |face| this.on_line(face, y);
-    let start = out.len();
-    let opaque = |line: &[Span]| -> Vec<Segment> {
-        line::segments(line, cells)
-            .filter(|(_, face)| face.is_some())
-            .map(|(range, face)| Segment { start: range.start, face, end: range.end })
-            .collect()
-    };
-    match keep {
-        Keep::Outside => {
-            layer::clip(this.layers().line(k), matte.lines().line(k), cells, on_line, out);
-            let soft = matte.layers().line(k);
-            for segment in opaque(held) {
-                for cover in soft {
-                    let (low, high) = (segment.start.max(cover.start), segment.end.min(cover.end));
-                    if low < high {
-                        out.push(Segment { start: low, face: segment.face, end: high });
-                    }
-                }
-            }
-            // A matte that lies behind all that is opaque holds nothing.
-            layer::clip(soft, held, cells, on_line, out);
-        }
-        Keep::Inside => {
-            out.extend_from_slice(this.layers().line(k));
-            out.extend(opaque(this.lines().line(k)));
-            out.extend_from_slice(matte.layers().line(k));
-            out.extend(opaque(matte.lines().line(k)));
-        }
-    }
-    layer::normalize(out, start);
+/// The segments of `layers` that are seen before the opaque `lines`; ids are those of `image`.
+fn clipped(layers: &Layers, lines: &Lines, image: &SpanImage) -> Layers {
+    let cells = image.view().raster().cells();
+    Layers::compute(layers.range(), |k, out| {
+        let y = image.plan().y(k);
+        let start = out.len();
+        layer::clip(layers.line(k), lines.line(k), cells, |face| image.on_line(face, y), out);
+        layer::normalize(out, start);
+    })
 }
 
-/// A line without the cells that a soft matte lies over.
-fn solid(held: &[Span], matte: &SpanImage, k: u32, out: &mut Vec<Span>) {
-    let cells = matte.view().raster().cells();
-    let start = out.len();
-    for (range, face) in line::segments(held, cells) {
+/// The opaque segments of a line.
+fn each_opaque(line: &[Span], cells: u32, mut each: impl FnMut(Segment)) {
+    for (range, face) in line::segments(line, cells).filter(|(_, face)| face.is_some()) {
+        each(Segment { start: range.start, face, end: range.end });
+    }
+}
+
+/// Divides the spans of a line at the ends of segments: `each` is told whether any segment lies there.
+/// Segments are sorted by their first cell.
+fn divide(
+    line: &[Span],
+    segments: &[Segment],
+    cells: u32,
+    mut each: impl FnMut(Range<u32>, FaceId, bool),
+) {
+    let mut waiting = segments.iter().peekable();
+    // Where the segments that began so far end.
+    let mut covered = 0;
+    for (range, face) in line::segments(line, cells) {
         let mut x = range.start;
-        for Segment { start: from, end: to, .. } in matte.layers().line(k) {
-            let (low, high) = ((*from).clamp(x, range.end), (*to).clamp(x, range.end));
-            if low < high {
-                if x < low {
-                    line::push(out, start, x, face);
-                }
-                line::push(out, start, low, FaceId::NONE);
-                x = high;
+        while x < range.end {
+            while let Some(segment) = waiting.next_if(|segment| segment.start <= x) {
+                covered = covered.max(segment.end);
             }
-        }
-        if x < range.end {
-            line::push(out, start, x, face);
+            let is_under = x < covered;
+            let next = waiting.peek().map_or(range.end, |segment| segment.start);
+            let end = if is_under { covered } else { next }.min(range.end);
+            each(x..end, face, is_under);
+            x = end;
         }
     }
 }
