@@ -1,7 +1,7 @@
 //! Known answers: areas against closed forms, for every rule.
 
 use glam::DVec3;
-use spandrel_engine::resolve::{Cover, Coverage, Framing, Rule, Weighting};
+use spandrel_engine::resolve::{Framing, Rule, Weighting};
 use spandrel_engine::scene::{Face, Mesh, Scene, Seal};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
@@ -15,23 +15,13 @@ fn image(scene: &Arc<Scene>, rule: Rule, width: u32, height: u32) -> SpanImage {
     visible::render(scenes, &view, rule.plan().unwrap(), 0..height).unwrap()
 }
 
-fn covers(image: &SpanImage, rule: Rule) -> Vec<Vec<Cover>> {
-    let framing = Framing::whole(image.view().raster());
-    let mut coverage = Coverage::new(image, rule, &framing);
-    let rows = framing.rows.clone();
-    rows.map(|row| {
-        let mut out = Vec::new();
-        coverage.row(row, &mut out);
-        out
-    })
-    .collect()
-}
-
 /// The area of every face in pixels, by ordinal; the background's last.
 fn areas(scene: &Arc<Scene>, rule: Rule, width: u32, height: u32) -> Vec<f64> {
     let image = image(scene, rule, width, height);
     let mut areas = vec![0.0; scene.part_count() as usize + 1];
-    for cover in covers(&image, rule).iter().flatten() {
+    for cover in
+        known::covers(&image, rule, &Framing::whole(image.view().raster())).iter().flatten()
+    {
         let at = if cover.face.is_some() {
             image.face(cover.face).1.ordinal as usize
         } else {
@@ -108,7 +98,7 @@ fn coverage_sums_to_one_in_every_pixel() {
         for rule in [Rule::Sampled(3, Weighting::Trapezoid), Rule::Sloped(2), Rule::Sloped(5)] {
             let plan = rule.plan().unwrap();
             let image = visible::render(&[scene.clone().into()], &view, plan, 0..19).unwrap();
-            for row in covers(&image, rule) {
+            for row in known::covers(&image, rule, &Framing::whole(image.view().raster())) {
                 let mut sums = vec![0.0f64; 31];
                 for cover in row {
                     assert!(cover.area > 0.0 && cover.area <= 1.0 + 1e-6);

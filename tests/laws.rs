@@ -3,11 +3,10 @@
 use glam::DVec2;
 use proptest::prelude::*;
 use spandrel_engine::raster::{LinePlan, Phase};
-use spandrel_engine::resolve::{
-    Channel, Cover, Coverage, Framing, Rule, Vertical, Weighting, resolve,
-};
+use spandrel_engine::resolve::{Channel, Cover, Framing, Rule, Vertical, Weighting, resolve};
 use spandrel_engine::span::{FaceId, SpanImage, line};
 use spandrel_engine::visible;
+use spandrel_tests::known::covers;
 use spandrel_tests::scenes;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -59,17 +58,6 @@ fn render(seed: u64, rule: Rule) -> SpanImage {
     let view = scenes::front_view(40, 30);
     let scene = scenes::scene("faces", scenes::random_faces(seed, 25));
     visible::render(&[scene.into()], &view, rule.plan().unwrap(), 0..30).unwrap()
-}
-
-fn covers(image: &SpanImage, rule: Rule, framing: &Framing) -> Vec<Vec<Cover>> {
-    let mut coverage = Coverage::new(image, rule, framing);
-    let rows = framing.rows.clone();
-    rows.map(|row| {
-        let mut out = Vec::new();
-        coverage.row(row, &mut out);
-        out
-    })
-    .collect()
 }
 
 /// The area that each face covers in a picture, in pixels.

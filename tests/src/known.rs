@@ -1,8 +1,9 @@
 //! Shapes whose picture is known in closed form, and how far a rule is from it.
 
 use glam::DVec3;
-use spandrel_engine::resolve::{Coverage, Framing, Rule};
+use spandrel_engine::resolve::{Cover, Coverage, Filter, Framing, Rule};
 use spandrel_engine::scene::{Face, Mesh, Scene, Seal};
+use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
 use std::sync::Arc;
 
@@ -132,13 +133,14 @@ pub fn errors(shapes: &[Known], rule: Rule) -> Errors {
     let mut total = Errors::default();
     let (mut squares, mut count) = (0.0, 0u32);
     for shape in shapes {
-        let found = coverage(&shape.scene, rule);
+        let found = coverage(&shape.scene, rule, Filter::Box);
         for (seen, found) in shape.seen.iter().zip(found) {
             let mut sum = 0.0;
             for (i, found) in found.iter().enumerate() {
                 let (x, row) = (i as u32 % SIZE, i as u32 / SIZE);
                 let pixel = (f64::from(x), f64::from(SIZE - 1 - row));
-                let truth: f64 = seen.iter().map(|(sign, ring)| sign * inside(ring, pixel)).sum();
+                let truth: f64 =
+                    seen.iter().map(|(sign, ring)| sign * inside(ring, pixel, 1.0)).sum();
                 let error = found - truth;
                 sum += error;
                 total.most = total.most.max(error.abs());
@@ -155,23 +157,30 @@ pub fn errors(shapes: &[Known], rule: Rule) -> Errors {
     total
 }
 
-/// The coverage of all pixels by each part of a scene, in rows from the top.
-fn coverage(scene: &Arc<Scene>, rule: Rule) -> Vec<Vec<f64>> {
+/// The covers of an image, row by row.
+pub fn covers(image: &SpanImage, rule: Rule, framing: &Framing) -> Vec<Vec<Cover>> {
+    let mut coverage = Coverage::new(image, rule, framing);
+    let row = |row| {
+        let mut out = Vec::new();
+        coverage.row(row, &mut out);
+        out
+    };
+    framing.rows.clone().map(row).collect()
+}
+
+/// The share that each part of a scene has in the pixels of a picture of [`SIZE`], in rows from the top.
+pub fn coverage(scene: &Arc<Scene>, rule: Rule, filter: Filter) -> Vec<Vec<f64>> {
     let view = scenes::pixel_view(SIZE, SIZE);
     let plan = rule.plan().expect("rules of tests are in range");
     let clusters = &[scene.clone().into()];
     let image = visible::render(clusters, &view, plan, 0..SIZE).expect("a small picture");
-    let framing = Framing::whole(view.raster());
-    let mut coverage = Coverage::new(&image, rule, &framing);
+    let framing = Framing { filter, ..Framing::whole(view.raster()) };
     let mut parts = vec![vec![0.0; (SIZE * SIZE) as usize]; scene.part_count() as usize];
-    let mut covers = Vec::new();
-    for row in 0..SIZE {
-        covers.clear();
-        coverage.row(row, &mut covers);
+    for (row, covers) in covers(&image, rule, &framing).into_iter().enumerate() {
         for cover in covers.iter().filter(|cover| cover.face.is_some()) {
             let part = &mut parts[image.face(cover.face).1.ordinal as usize];
             for pixel in cover.start..cover.end {
-                part[(row * SIZE + pixel) as usize] += f64::from(cover.area);
+                part[row * SIZE as usize + pixel as usize] += f64::from(cover.area);
             }
         }
     }
@@ -199,11 +208,11 @@ fn square(half: f64, lean: f64, offset: (f64, f64)) -> Polygon {
         .to_vec()
 }
 
-/// The area of a polygon inside the pixel with the given lower left corner.
-fn inside(ring: &Polygon, (x, y): (f64, f64)) -> f64 {
-    let pixel = vec![(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)];
+/// The area of a polygon inside the square of `side` with the given lower left corner.
+pub fn inside(ring: &Polygon, (x, y): (f64, f64), side: f64) -> f64 {
+    let pixel = vec![(x, y), (x + side, y), (x + side, y + side), (x, y + side)];
     let (apart_x, apart_y) = (ring.iter().map(|p| p.0), ring.iter().map(|p| p.1));
-    let beside = |low: f64, high: f64, at: f64| high <= at || low >= at + 1.0;
+    let beside = |low: f64, high: f64, at: f64| high <= at || low >= at + side;
     let range = |values: &mut dyn Iterator<Item = f64>| {
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
     };

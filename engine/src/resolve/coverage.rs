@@ -2,9 +2,11 @@
 //!
 //! All lines of a row are walked together from left to right. Where every one of them shows the same
 //! face over whole pixels, they are passed in one step, \[N] eq. 5; only pixels with a boundary in them
-//! are added up line by line, eqs. 3, 4 and 6.
+//! are added up line by line, eqs. 3, 4 and 6. With a filter that reaches beyond the pixel the same is
+//! done with all that it reaches, and what lies left of a boundary weighs the filter's integral.
 
 use super::boundary::Boundaries;
+use super::filter::{Filter, Kernel};
 use super::rule::{Framing, Rule, Share, shares};
 use super::stacks::Stacks;
 use crate::span::{FaceId, SpanImage};
@@ -19,7 +21,8 @@ pub struct Cover {
     pub start: u32,
     /// One beyond the last pixel. More than one pixel only if the face covers all of them whole.
     pub end: u32,
-    /// The share of a pixel, above 0 and at most 1. Those of a pixel sum to 1.
+    /// The share of a pixel. Those of a pixel sum to 1; with the box filter they are its areas, above 0
+    /// and at most 1, with others they are weights, some of which may be negative.
     pub area: f32,
     /// A point of the picture, in pixels from the left, in the middle of what is covered.
     pub x: f64,
@@ -54,13 +57,30 @@ pub struct Coverage<'a> {
     boundaries: Boundaries<'a>,
     stacks: Stacks<'a>,
     strips: Vec<Strip>,
+    reach: Reach,
+}
+
+/// How far a pixel reaches, and how it weighs what it reaches.
+struct Reach {
+    /// Beyond its sides, in pixels.
+    beyond: f64,
+    /// The integrals of a filter other than the box.
+    kernel: Option<&'static Kernel>,
+    /// By cover of the pixel at hand, the sum of its weights without their signs.
+    masses: Vec<f64>,
 }
 
 impl<'a> Coverage<'a> {
     /// Coverage of an image, which must have the rule's line plan.
     pub fn new(image: &'a SpanImage, rule: Rule, framing: &'a Framing) -> Coverage<'a> {
         let (boundaries, stacks) = (Boundaries::new(image), Stacks::new(image));
-        Coverage { image, rule, framing, boundaries, stacks, strips: Vec::new() }
+        let filter = framing.filter;
+        let reach = Reach {
+            beyond: filter.radius() - 0.5,
+            kernel: (filter != Filter::Box).then(|| filter.kernel()),
+            masses: Vec::new(),
+        };
+        Coverage { image, rule, framing, boundaries, stacks, strips: Vec::new(), reach }
     }
 
     /// The faces that lie over each other in a cover of the last row, the nearest first, an opaque one
@@ -84,12 +104,13 @@ impl<'a> Coverage<'a> {
         let mut pixel = self.framing.columns.start;
         while pixel < self.framing.columns.end {
             let x = f64::from(pixel);
+            let left = x - self.reach.beyond;
             let mut run = f64::from(self.framing.columns.end);
             let mut whole = true;
             for strip in strips.iter_mut() {
-                strip.go_to(x);
-                whole &= strip.left_high <= x;
-                run = run.min(strip.right_low);
+                strip.go_to(left);
+                whole &= strip.left_high <= left;
+                run = run.min(strip.right_low - self.reach.beyond);
             }
             let face = strips.first().map_or(FaceId::NONE, Strip::face);
             // Whole pixels only: the conversion cuts off the rest.
@@ -99,7 +120,7 @@ impl<'a> Coverage<'a> {
                 out.push(Cover { face, start: pixel, end, area: 1.0, x: x + 0.5, y });
                 pixel = end;
             } else {
-                add_pixel(strips, pixel, out);
+                self.reach.add_pixel(strips, pixel, out);
                 pixel += 1;
             }
         }
@@ -107,7 +128,7 @@ impl<'a> Coverage<'a> {
 
     /// Places the boundaries of a share's line in the picture.
     fn fill(&mut self, i: usize, share: &Share) {
-        let Coverage { image, rule, framing, boundaries, stacks, strips } = self;
+        let Coverage { image, rule, framing, boundaries, stacks, strips, .. } = self;
         let strip = &mut strips[i];
         strip.weight = share.weight;
         strip.cursor = 0;
@@ -182,72 +203,93 @@ impl Strip {
         self.right_high = self.top[i + 1].max(self.bottom[i + 1]);
     }
 
-    /// The share of a pixel to the left of boundary `i`: the mean over the strip's height.
+    /// How far boundary `i` lies to the right of `x`, cut off at 0 and `width`: the mean over the strip's
+    /// height.
     #[inline(always)]
-    fn left_of(&self, i: usize, x: f64) -> f64 {
+    fn clipped(&self, i: usize, x: f64, width: f64) -> f64 {
         let (top, bottom) = (self.top[i] - x, self.bottom[i] - x);
         if top <= 0.0 && bottom <= 0.0 {
             return 0.0;
         }
-        if top >= 1.0 && bottom >= 1.0 {
-            return 1.0;
+        if top >= width && bottom >= width {
+            return width;
         }
         if (bottom - top).abs() < 1e-9 {
-            return top.clamp(0.0, 1.0);
+            return top.clamp(0.0, width);
         }
-        // The integral of a line cut off at 0 and 1, over its length.
+        // The integral of a line cut off at 0 and `width`, over its length.
         let integral = |z: f64| {
             let z = z.max(0.0);
-            if z < 1.0 { z * z / 2.0 } else { z - 0.5 }
+            if z < width { z * z / 2.0 } else { (z - width / 2.0) * width }
         };
-        ((integral(bottom) - integral(top)) / (bottom - top)).clamp(0.0, 1.0)
+        ((integral(bottom) - integral(top)) / (bottom - top)).clamp(0.0, width)
     }
 }
 
-/// Adds up the strips of one pixel.
-fn add_pixel(strips: &[Strip], pixel: u32, out: &mut Vec<Cover>) {
-    let x = f64::from(pixel);
-    let first = out.len();
-    for strip in strips {
-        let mut left = strip.left_of(strip.cursor, x);
-        let mut i = strip.cursor;
-        while left < 1.0 && i < strip.faces.len() {
-            let right = strip.left_of(i + 1, x).max(left);
-            let area = (right - left) * strip.weight;
-            if area > 0.0 {
-                let face = strip.faces[i];
-                let middle = x + (left + right) / 2.0;
-                add(
-                    out,
-                    first,
-                    Cover {
-                        face,
+impl Reach {
+    /// Adds up the strips of one pixel.
+    fn add_pixel(&mut self, strips: &[Strip], pixel: u32, out: &mut Vec<Cover>) {
+        let (first, width) = (out.len(), 1.0 + 2.0 * self.beyond);
+        let x = f64::from(pixel) - self.beyond;
+        self.masses.clear();
+        for strip in strips {
+            let mut i = strip.cursor;
+            // Where a boundary lies, and how much lies left of it.
+            let mut left = strip.clipped(i, x, width);
+            let mut before = self.weight(strip, i, x, left);
+            while left < width && i < strip.faces.len() {
+                let right = strip.clipped(i + 1, x, width).max(left);
+                let after = self.weight(strip, i + 1, x, right);
+                let area = (after - before) * strip.weight;
+                if area != 0.0 {
+                    let cover = Cover {
+                        face: strip.faces[i],
                         start: pixel,
                         end: pixel + 1,
                         area: area as f32,
-                        x: middle,
+                        x: x + (left + right) / 2.0,
                         y: strip.y,
-                    },
-                );
+                    };
+                    self.add(out, first, cover);
+                }
+                (left, before) = (right, after);
+                i += 1;
             }
-            left = right;
-            i += 1;
         }
     }
-}
 
-/// Adds a piece to the covers of its pixel, which begin at `first`: pieces of one face are one cover, at
-/// their common middle.
-#[inline(always)]
-fn add(out: &mut Vec<Cover>, first: usize, piece: Cover) {
-    match out[first..].iter_mut().find(|cover| cover.face == piece.face) {
-        Some(cover) => {
-            let area = cover.area + piece.area;
-            let t = f64::from(piece.area / area);
-            cover.x += (piece.x - cover.x) * t;
-            cover.y += (piece.y - cover.y) * t;
-            cover.area = area;
+    /// The weight of what lies left of boundary `i` in a strip, which is `clipped` for the box.
+    #[inline(always)]
+    fn weight(&self, strip: &Strip, i: usize, x: f64, clipped: f64) -> f64 {
+        match self.kernel {
+            None => clipped,
+            Some(_) if clipped <= 0.0 => 0.0,
+            Some(_) if clipped >= 1.0 + 2.0 * self.beyond => 1.0,
+            Some(kernel) => {
+                let middle = x + self.beyond + 0.5;
+                kernel.mean_left_of(strip.top[i] - middle, strip.bottom[i] - middle)
+            }
         }
-        None => out.push(piece),
+    }
+
+    /// Adds a piece to the covers of its pixel, which begin at `first`: pieces of one face are one
+    /// cover, at their common middle.
+    #[inline(always)]
+    fn add(&mut self, out: &mut Vec<Cover>, first: usize, piece: Cover) {
+        let mass = f64::from(piece.area.abs());
+        match out[first..].iter().position(|cover| cover.face == piece.face) {
+            Some(at) => {
+                let cover = &mut out[first + at];
+                self.masses[at] += mass;
+                let t = mass / self.masses[at];
+                cover.x += (piece.x - cover.x) * t;
+                cover.y += (piece.y - cover.y) * t;
+                cover.area += piece.area;
+            }
+            None => {
+                self.masses.push(mass);
+                out.push(piece);
+            }
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Resolve: from spans to pixels, at any size, without solving visibility again.
 //!
-//! 1. *Coverage* ([`coverage`]): the covers of every pixel, by an integration rule ([`rule`]).
+//! 1. *Coverage* ([`coverage`]): the covers of every pixel, by an integration rule ([`rule`]) and a
+//!    pixel filter ([`filter`]).
 //! 2. *Intensity*: faces whose shading is the same all over are shaded once; this is \[N]'s stored
 //!    intensity, a memo of the image, which a new light replaces without touching spans.
 //! 3. *Fragments*: covers of other faces are shaded one by one, in batches ([`shade`](self)).
@@ -9,12 +10,14 @@
 
 mod boundary;
 pub mod coverage;
+pub mod filter;
 mod intensity;
 pub mod rule;
 mod stacks;
 mod stream;
 
 pub use coverage::{Cover, Coverage};
+pub use filter::Filter;
 pub use rule::{Framing, Rule, Vertical, Weighting};
 
 use rayon::prelude::*;

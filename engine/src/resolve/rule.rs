@@ -9,12 +9,14 @@
 //! Scaling changes neither spans nor visibility. In x it is a product. In y a row of the scaled picture
 //! takes other lines: [`Vertical::Whole`] is \[N] eq. 7, whole lines with equal weights, which differ
 //! from row to row; [`Vertical::Fractions`] weighs lines by the exact share of the row that they stand
-//! for.
+//! for. A [`Filter`] wider than the pixel weighs lines by its integral over the strips that they stand
+//! for, whatever the rule.
 
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Filter;
 use crate::error::{Error, Result};
 use crate::image::Window;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
@@ -77,6 +79,8 @@ pub struct Framing {
     pub rows: Rows,
     /// Which lines a row takes.
     pub vertical: Vertical,
+    /// How much what lies beside a pixel's centre counts.
+    pub filter: Filter,
 }
 
 impl Framing {
@@ -88,6 +92,7 @@ impl Framing {
             columns: 0..raster.width,
             rows: 0..raster.height,
             vertical: Vertical::default(),
+            filter: Filter::Box,
         }
     }
 
@@ -153,11 +158,13 @@ impl Framing {
 
     /// The rows of the raster that the picture's rows need.
     pub fn raster_rows(&self, raster: Raster) -> Rows {
-        let at = |row: u32| (f64::from(row) - self.pan.y) / self.scale.y;
+        // How far the filter reaches beyond the pixel.
+        let beyond = self.filter.radius() - 0.5;
+        let at = |row: u32, beyond: f64| (f64::from(row) + beyond - self.pan.y) / self.scale.y;
         let height = f64::from(raster.height);
         // Eq. 7 may reach for the line before; one row more on either side is enough for every rule.
-        let first = (at(self.rows.start).floor() - 1.0).clamp(0.0, height) as u32;
-        let last = (at(self.rows.end).ceil() + 1.0).clamp(0.0, height) as u32;
+        let first = (at(self.rows.start, -beyond).floor() - 1.0).clamp(0.0, height) as u32;
+        let last = (at(self.rows.end, beyond).ceil() + 1.0).clamp(0.0, height) as u32;
         first..last.max(first)
     }
 }
@@ -180,6 +187,19 @@ pub fn shares(rule: Rule, plan: LinePlan, framing: &Framing, row: u32, lines: u3
     let at = |row: f64| (row - framing.pan.y) * n / framing.scale.y;
     let (top, bottom) = (at(f64::from(row)), at(f64::from(row) + 1.0));
     let all = (0.0, 1.0);
+    if framing.filter != Filter::Box {
+        let kernel = framing.filter.kernel();
+        let (middle, height) = ((top + bottom) / 2.0, bottom - top);
+        let radius = framing.filter.radius() * height;
+        // Where the strip that a line stands for begins, and where the last one ends.
+        let (begin, end) = match plan.phase {
+            Phase::Border => (-0.5, f64::from(lines) - 1.0),
+            Phase::Centre => (0.0, f64::from(lines)),
+        };
+        let range = ((middle - radius - begin).floor(), (middle + radius - begin).ceil());
+        let left_of = |y: f64| kernel.left_of((y.clamp(0.0, end) - middle) / height);
+        return collect(range, lines, |k| (left_of(k + begin + 1.0) - left_of(k + begin), all));
+    }
     match (rule, framing.vertical) {
         (Rule::Sampled(_, Weighting::Trapezoid), Vertical::Whole) => {
             // Eq. 7: rows I = row + 1 take the lines floor(n0 (I - 1) / T) to floor(n0 I / T); the two
@@ -236,10 +256,10 @@ fn collect(
         let (weight, strip) = part(k);
         Share { line: Some(k as u32), weight, strip }
     };
-    let mut shares: Vec<Share> = (0..count).map(share).filter(|s| s.weight > 0.0).collect();
+    let mut shares: Vec<Share> = (0..count).map(share).filter(|s| s.weight != 0.0).collect();
     if first > from || last < to {
         let inside: f64 = shares.iter().map(|share| share.weight).sum();
-        if inside < 1.0 - 1e-12 {
+        if (1.0 - inside).abs() > 1e-12 {
             shares.push(Share { line: None, weight: 1.0 - inside, strip: (0.0, 1.0) });
         }
     }

@@ -6,7 +6,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::{Image, Window};
 use spandrel_engine::raster::Raster;
-use spandrel_engine::resolve::{self, Framing, Rule, Vertical};
+use spandrel_engine::resolve::{self, Filter, Framing, Rule, Vertical};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lines, Picture};
 
@@ -33,6 +33,9 @@ pub struct Resolve {
     /// For `Sampled` at other scales than 1: `Whole` lines with equal weights as \[N] eq. 7 has them, or
     /// exact `Fractions`.
     pub vertical: Vertical,
+    /// How much what lies beside a pixel's centre counts: `Box`, `Tent`, `Gaussian`, `Mitchell` or
+    /// `Lanczos`, integrated along spans; sharper than filtering finished pixels.
+    pub filter: Filter,
 }
 
 impl Default for Resolve {
@@ -45,6 +48,7 @@ impl Default for Resolve {
             pan: (0.0, 0.0),
             window: None,
             vertical: Vertical::Fractions,
+            filter: Filter::Box,
         }
     }
 }
@@ -61,7 +65,8 @@ impl Resolve {
             (None, Some((x, y, width, height))) => Window { x, y, width, height },
             (None, None) => Window::whole(whole.columns.end, whole.rows.end),
         };
-        let placed = Framing { pan: DVec2::from(self.pan), vertical: self.vertical, ..whole };
+        let pan = DVec2::from(self.pan);
+        let placed = Framing { pan, vertical: self.vertical, filter: self.filter, ..whole };
         Ok((raster, placed.cut(window)?))
     }
 }
