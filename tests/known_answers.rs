@@ -1,12 +1,13 @@
 //! Known answers: areas against closed forms, for every rule.
 
 use glam::DVec3;
-use spandrel_engine::resolve::{Framing, Rule, Weighting};
+use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::{Face, Mesh, Scene, Seal};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
 use spandrel_tests::known::{self, Known};
 use spandrel_tests::scenes;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 fn image(scene: &Arc<Scene>, rule: Rule, width: u32, height: u32) -> SpanImage {
@@ -226,4 +227,66 @@ fn drawn_edges_have_their_width_at_any_depth() {
     let found = areas(&scene, Rule::Sloped(64), 20, 20);
     // Half a pixel inside and outside: from 11 x 11 to 13 x 13.
     close(&found, &[121.0, 169.0 - 121.0]);
+}
+
+/// All shapes at an offset.
+fn shapes(offset: (f64, f64)) -> Vec<Known> {
+    let halves = SLOPES.into_iter().map(|slope| known::half_plane(slope, offset));
+    let others = [
+        known::rotated_square(offset),
+        known::hole(offset),
+        known::seal(offset),
+        known::crossing_planes(offset),
+        known::three_bars(offset),
+    ];
+    halves.chain(others).collect()
+}
+
+#[test]
+fn exact_is_exact() {
+    for offset in known::offsets() {
+        for shape in shapes(offset) {
+            let errors = known::errors(std::slice::from_ref(&shape), Rule::Exact);
+            assert!(errors.most < 1e-5, "{} {errors:?}", shape.name);
+        }
+    }
+}
+
+#[test]
+fn adaptive_pixels_are_as_good_as_tolerated() {
+    for (n, tolerance) in [(1, 0.05), (4, 0.02), (8, 0.005)] {
+        let shapes: Vec<Known> = known::offsets().into_iter().take(5).flat_map(shapes).collect();
+        for shape in shapes {
+            let errors = known::errors(std::slice::from_ref(&shape), Rule::Adaptive(n, tolerance));
+            let sloped = known::errors(std::slice::from_ref(&shape), Rule::Sloped(n));
+            let name = format!("{} {n} {tolerance}: {errors:?}, sloped {sloped:?}", shape.name);
+            // What is tolerated is an estimate: single pixels may be off by a few times of it.
+            assert!(errors.rmse <= tolerance && errors.most <= 4.0 * tolerance, "{name}");
+            assert!(errors.rmse <= sloped.rmse + 1e-6, "{name}");
+        }
+    }
+}
+
+#[test]
+fn estimates_tell_where_errors_are() {
+    let channels = BTreeSet::from([Channel::Error]);
+    let (mut squares, mut estimates, mut missed, mut wrong) = (0.0, 0.0, 0u32, 0u32);
+    for shape in known::offsets().into_iter().take(8).flat_map(shapes) {
+        for n in [1, 4] {
+            let rule = Rule::Sloped(n);
+            let image = image(&shape.scene, rule, known::SIZE, known::SIZE);
+            let framing = Framing::whole(image.view().raster());
+            let picture = resolve(&image, rule, &framing, &channels).unwrap();
+            let estimate = picture.float("aa_error").unwrap();
+            for (error, estimate) in known::worst(&shape, rule).into_iter().zip(estimate) {
+                squares += error * error;
+                estimates += f64::from(estimate * estimate);
+                wrong += u32::from(error > 0.02);
+                missed += u32::from(error > 0.02 && f64::from(*estimate) < error / 2.0);
+            }
+        }
+    }
+    let ratio = (estimates / squares).sqrt();
+    assert!((0.5..2.0).contains(&ratio), "estimates are {ratio} times the errors");
+    assert!(missed * 20 < wrong, "{missed} of {wrong} pixels are worse than estimated");
 }

@@ -125,7 +125,10 @@ const LAYERS: [(&str, &[&str]); 17] = [
     ("scene", &["camera", "color", "error", "fragment", "key", "math", "text"]),
     ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
     ("shade", &["color", "error", "fragment", "key", "math"]),
-    ("resolve", &["camera", "color", "error", "fragment", "image", "key", "raster", "span"]),
+    (
+        "resolve",
+        &["camera", "color", "error", "fragment", "image", "key", "raster", "span", "visible"],
+    ),
     ("graph", &["error", "key", "output", "text"]),
     ("values", &["camera", "graph", "image", "key", "raster", "resolve", "scene", "shade", "span"]),
 ];

@@ -217,7 +217,7 @@ fn walls_of_ingolstadt_show_their_area_without_holes() {
         let image =
             visible::render(&[Arc::new(one).into()], &view, RULE.plan().unwrap(), 0..1200).unwrap();
         let framing = Framing::whole(view.raster());
-        let mut coverage = Coverage::new(&image, RULE, &framing);
+        let mut coverage = Coverage::new(&image, RULE, &framing, None);
         let mut seen = 0.0;
         for row in 0..1200 {
             let mut covers = Vec::new();

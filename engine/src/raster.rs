@@ -101,6 +101,9 @@ pub struct LinePlan {
     pub per_row: u32,
     /// Where they lie.
     pub phase: Phase,
+    /// Whether probes between the lines will be asked for, so that faces which no
+    /// line meets must be kept.
+    pub probed: bool,
 }
 
 impl LinePlan {
@@ -114,7 +117,7 @@ impl LinePlan {
                 "{per_row} lines per row: must be 1 to {MAX_LINES_PER_ROW}"
             )));
         }
-        Ok(LinePlan { per_row, phase })
+        Ok(LinePlan { per_row, phase, probed: false })
     }
 
     /// The height of line `k` in pixels from the top of the raster.
@@ -155,7 +158,8 @@ impl fmt::Display for LinePlan {
             Phase::Border => "from the border",
             Phase::Centre => "centred",
         };
-        write!(f, "{} lines per row, {place}", self.per_row)
+        let probed = if self.probed { ", probed" } else { "" };
+        write!(f, "{} lines per row, {place}{probed}", self.per_row)
     }
 }
 

@@ -16,21 +16,24 @@ fn main() {
     shapes.push(Box::new(known::seal));
     shapes.push(Box::new(known::crossing_planes));
     shapes.push(Box::new(known::three_bars));
-    let rules: [(&str, Make); 3] = [
+    let rules: [(&str, Make); 4] = [
         ("trapezoid", |n| Rule::Sampled(n, Weighting::Trapezoid)),
         ("box", |n| Rule::Sampled(n, Weighting::Box)),
         ("sloped", Rule::Sloped),
+        ("adaptive .01,", |n| Rule::Adaptive(n, 0.01)),
     ];
     let lines = [1, 4, 8, 16];
     println!("Coverage against closed forms: RMSE over the pixels of edges, 16 offsets each.\n");
     let columns = rules.iter().flat_map(|(name, _)| lines.map(|n| format!("{name} {n}")));
-    println!("| shape | {} |", columns.collect::<Vec<_>>().join(" | "));
-    println!("|---|{}", "---|".repeat(rules.len() * lines.len()));
+    println!("| shape | {} | exact |", columns.collect::<Vec<_>>().join(" | "));
+    println!("|---|{}", "---|".repeat(rules.len() * lines.len() + 1));
     for shape in shapes {
         let shapes: Vec<Known> = known::offsets().into_iter().map(&shape).collect();
         let cell = |rule: Rule| number(known::errors(&shapes, rule).rmse);
         let row = rules.iter().flat_map(|(_, rule)| lines.map(|n| cell(rule(n))));
-        println!("| {} | {} |", shapes[0].name, row.collect::<Vec<_>>().join(" | "));
+        let exact = format!("{:.1e}", known::errors(&shapes, Rule::Exact).rmse);
+        let row = row.chain([exact]).collect::<Vec<_>>();
+        println!("| {} | {} |", shapes[0].name, row.join(" | "));
     }
 }
 

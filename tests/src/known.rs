@@ -5,6 +5,7 @@ use spandrel_engine::resolve::{Cover, Coverage, Filter, Framing, Rule};
 use spandrel_engine::scene::{Face, Mesh, Scene, Seal};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
+use spandrel_engine::visible::probe::Index;
 use std::sync::Arc;
 
 use crate::scenes;
@@ -133,33 +134,52 @@ pub fn errors(shapes: &[Known], rule: Rule) -> Errors {
     let mut total = Errors::default();
     let (mut squares, mut count) = (0.0, 0u32);
     for shape in shapes {
-        let found = coverage(&shape.scene, rule, Filter::Box);
-        for (seen, found) in shape.seen.iter().zip(found) {
-            let mut sum = 0.0;
-            for (i, found) in found.iter().enumerate() {
-                let (x, row) = (i as u32 % SIZE, i as u32 / SIZE);
-                let pixel = (f64::from(x), f64::from(SIZE - 1 - row));
-                let truth: f64 =
-                    seen.iter().map(|(sign, ring)| sign * inside(ring, pixel, 1.0)).sum();
-                let error = found - truth;
-                sum += error;
+        for part in differences(shape, rule) {
+            for (truth, error) in &part {
                 total.most = total.most.max(error.abs());
-                let on_edge = truth > 1e-9 && truth < 1.0 - 1e-9;
+                let on_edge = *truth > 1e-9 && *truth < 1.0 - 1e-9;
                 if on_edge {
                     squares += error * error;
                     count += 1;
                 }
             }
-            total.area = total.area.max(sum.abs());
+            total.area = total.area.max(part.iter().map(|(_, error)| error).sum::<f64>().abs());
         }
     }
     total.rmse = (squares / f64::from(count.max(1))).sqrt();
     total
 }
 
+/// The greatest error of any part in every pixel, in rows from the top.
+pub fn worst(shape: &Known, rule: Rule) -> Vec<f64> {
+    let mut worst = vec![0.0f64; (SIZE * SIZE) as usize];
+    for part in differences(shape, rule) {
+        for (worst, (_, error)) in worst.iter_mut().zip(part) {
+            *worst = worst.max(error.abs());
+        }
+    }
+    worst
+}
+
+/// By part and pixel, the true share and the error.
+fn differences(shape: &Known, rule: Rule) -> Vec<Vec<(f64, f64)>> {
+    let found = coverage(&shape.scene, rule, Filter::Box);
+    let part = |(seen, found): (&Vec<(f64, Polygon)>, Vec<f64>)| {
+        let pixel = |(i, found): (usize, f64)| {
+            let (x, row) = (i as u32 % SIZE, i as u32 / SIZE);
+            let pixel = (f64::from(x), f64::from(SIZE - 1 - row));
+            let truth: f64 = seen.iter().map(|(sign, ring)| sign * inside(ring, pixel, 1.0)).sum();
+            (truth, found - truth)
+        };
+        found.into_iter().enumerate().map(pixel).collect()
+    };
+    shape.seen.iter().zip(found).map(part).collect()
+}
+
 /// The covers of an image, row by row.
 pub fn covers(image: &SpanImage, rule: Rule, framing: &Framing) -> Vec<Vec<Cover>> {
-    let mut coverage = Coverage::new(image, rule, framing);
+    let index = rule.tolerance().map(|_| Index::new(image));
+    let mut coverage = Coverage::new(image, rule, framing, index.as_ref());
     let row = |row| {
         let mut out = Vec::new();
         coverage.row(row, &mut out);

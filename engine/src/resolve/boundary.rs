@@ -36,6 +36,25 @@ struct Between {
     slope: f64,
 }
 
+/// What a boundary is where a line meets it.
+#[derive(Clone, Copy)]
+pub(super) enum Passing {
+    /// An edge with its slope.
+    Edge(Edge, f64),
+    /// A line without ends: x in pixels, and pixels to the right per pixel downwards.
+    Seam(f64, f64),
+}
+
+impl Passing {
+    /// Where it lies at a height, if it goes on straight, in pixels.
+    pub(super) fn x(&self, y: f64, from: f64) -> f64 {
+        match self {
+            Passing::Edge(edge, slope) => edge.top.x + (y - edge.top.y) * slope,
+            Passing::Seam(x, slope) => x + (y - from) * slope,
+        }
+    }
+}
+
 /// Finds boundaries, line after line; remembers the edges of the last line, most of which the next one
 /// crosses too, and those of faces that have many.
 pub(super) struct Boundaries<'a> {
@@ -65,42 +84,37 @@ impl<'a> Boundaries<'a> {
     }
 
     /// The x in pixels at the top and bottom of the strip of line `k`, of the left boundary of every
-    /// span but the first. Appends to `top` and `bottom`.
+    /// span but the first; beyond the raster's sides where it runs out. Appends to `top` and `bottom`.
     pub(super) fn of_line(
         &mut self,
         k: u32,
-        stacks: &Stacks<'_>,
+        line: &[Span],
+        stacks: &Stacks,
         top: &mut Vec<f64>,
         bottom: &mut Vec<f64>,
     ) {
         let plan = self.image.plan();
         let (y, half) = (plan.y(k), 0.5 / f64::from(plan.per_row));
-        if y < self.around.0 || y >= self.around.1 {
-            self.around = (y, y + 1.0);
-            self.edges.clear();
-        }
+        self.look_around(y);
         std::mem::swap(&mut self.last, &mut self.found);
         self.found.clear();
         self.cursor = 0;
         let start = top.len();
-        for pair in stacks.spans(k).windows(2) {
+        for pair in line.windows(2) {
             let (above, below) = self.boundary(stacks, &pair[0], &pair[1], y, half);
             top.push(above);
             bottom.push(below);
         }
         let width = f64::from(self.raster.width);
-        for list in [&mut top[start..], &mut bottom[start..]] {
-            list.iter_mut().for_each(|x| *x = x.clamp(0.0, width));
-        }
         if !(top[start..].is_sorted() && bottom[start..].is_sorted()) {
-            let middle = stacks.spans(k)[1..].iter().map(|span| self.raster.pixels(span.x));
+            let middle = line[1..].iter().map(|span| self.raster.pixels(span.x));
             separate(&middle.collect::<Vec<_>>(), width, &mut top[start..], &mut bottom[start..]);
         }
     }
 
     fn boundary(
         &mut self,
-        stacks: &Stacks<'_>,
+        stacks: &Stacks,
         left: &Span,
         right: &Span,
         y: f64,
@@ -112,22 +126,45 @@ impl<'a> Boundaries<'a> {
             self.found.push(known);
             return ends(&known.edge, known.slope, y, half);
         }
-        let (left, right) = (stacks.members(&left.face), stacks.members(&right.face));
+        match self.passing(stacks, faces, cell, y) {
+            Passing::Edge(edge, slope) => {
+                // Ids of stacks last for a row only.
+                if stacks.get(faces.0).is_none() && stacks.get(faces.1).is_none() {
+                    self.found.push(Between { left: faces.0, right: faces.1, edge, slope });
+                }
+                ends(&edge, slope, y, half)
+            }
+            Passing::Seam(x, slope) => (x - slope * half, x + slope * half),
+        }
+    }
+
+    /// What parts two faces, or stacks, at a cell of the line at `y`.
+    pub(super) fn passing(
+        &mut self,
+        stacks: &Stacks,
+        faces: (FaceId, FaceId),
+        cell: u32,
+        y: f64,
+    ) -> Passing {
+        let (left, right) = (stacks.members(&faces.0), stacks.members(&faces.1));
         let ending = left.iter().filter(|id| !right.contains(id));
         let beginning = right.iter().filter(|id| !left.contains(id));
         for id in ending.chain(beginning) {
             if let Some(edge) = self.edge_at(*id, cell, y) {
-                let slope = edge.slope();
-                // Ids of stacks last for a row only.
-                if left.len() <= 1 && right.len() <= 1 {
-                    self.found.push(Between { left: faces.0, right: faces.1, edge, slope });
-                }
-                return ends(&edge, slope, y, half);
+                return Passing::Edge(edge, edge.slope());
             }
         }
         let x = self.raster.pixels(cell);
-        let slope = self.seam(left, right, x, y).unwrap_or(0.0);
-        (x - slope * half, x + slope * half)
+        let (x, slope) = self.seam(left, right, x, y).unwrap_or((x, 0.0));
+        Passing::Seam(x, slope)
+    }
+
+    /// Forgets edges that are far from a height.
+    pub(super) fn look_around(&mut self, y: f64) {
+        if y < self.around.0 || y >= self.around.1 {
+            self.around = (y.floor(), y.floor() + 1.0);
+            self.edges.clear();
+        }
     }
 
     /// The edge that parted two faces on the last line, if this one crosses it at a cell.
@@ -158,10 +195,10 @@ impl<'a> Boundaries<'a> {
         edges.iter().find(|edge| edge.crosses(y) && meets(edge)).copied()
     }
 
-    /// The slope, in pixels per pixel downwards, of the line along which two faces, of what is seen on
-    /// the left and on the right, meet, or along which
-    /// the front or back plane cuts one. `None` if it does not pass here: the boundary is no seam.
-    fn seam(&self, left: &[FaceId], right: &[FaceId], x: f64, y: f64) -> Option<f64> {
+    /// Where the line passes along which two faces, of what is seen on the left and on the right, meet,
+    /// or along which the front or back plane cuts one; and its slope, in pixels per pixel downwards.
+    /// `None` if it does not pass here: the boundary is no seam.
+    fn seam(&self, left: &[FaceId], right: &[FaceId], x: f64, y: f64) -> Option<(f64, f64)> {
         let plane = |id: &FaceId| self.image.face(*id).1.plane;
         let (front, back) = self.image.view().depth_range();
         let met =
@@ -174,7 +211,7 @@ impl<'a> Boundaries<'a> {
             let (a, b, c) = (p.a - q.a, p.b - q.b, p.c - q.c);
             let meets = -(b * y + c) / a;
             let slope = -b / a;
-            ((meets - x).abs() < 1e-3 && slope.is_finite()).then_some(slope)
+            ((meets - x).abs() < 1e-3 && slope.is_finite()).then_some((meets, slope))
         })
     }
 }

@@ -6,10 +6,13 @@
 //! done with all that it reaches, and what lies left of a boundary weighs the filter's integral.
 
 use super::boundary::Boundaries;
+use super::doubt::Doubt;
 use super::filter::{Filter, Kernel};
 use super::rule::{Framing, Rule, Share, shares};
 use super::stacks::Stacks;
+use super::strip::Strip;
 use crate::span::{FaceId, SpanImage};
+use crate::visible::probe::Index;
 
 /// A face's share of some pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,34 +33,17 @@ pub struct Cover {
     pub y: f64,
 }
 
-/// A strip of a row: one line's boundaries, in pixels of the picture.
-#[derive(Default)]
-struct Strip {
-    weight: f64,
-    /// Where its points lie, in raster pixels from the top.
-    y: f64,
-    /// The faces from left to right, background beyond the raster included.
-    faces: Vec<FaceId>,
-    /// The left boundary of each face, at the top and the bottom of the strip; one more than faces.
-    top: Vec<f64>,
-    bottom: Vec<f64>,
-    /// The face at the pixel that is looked at.
-    cursor: usize,
-    /// The rightmost point of its left boundary, and the leftmost and rightmost of its right one.
-    left_high: f64,
-    right_low: f64,
-    right_high: f64,
-}
-
 /// Computes rows of coverage of one image.
 pub struct Coverage<'a> {
     image: &'a SpanImage,
     rule: Rule,
     framing: &'a Framing,
     boundaries: Boundaries<'a>,
-    stacks: Stacks<'a>,
+    stacks: Stacks,
     strips: Vec<Strip>,
     reach: Reach,
+    masses: Masses,
+    doubt: Option<Doubt<'a>>,
 }
 
 /// How far a pixel reaches, and how it weighs what it reaches.
@@ -66,21 +52,48 @@ struct Reach {
     beyond: f64,
     /// The integrals of a filter other than the box.
     kernel: Option<&'static Kernel>,
-    /// By cover of the pixel at hand, the sum of its weights without their signs.
-    masses: Vec<f64>,
 }
 
+/// By cover of the pixel at hand, the sum of its weights without their signs.
+type Masses = Vec<f64>;
+
 impl<'a> Coverage<'a> {
-    /// Coverage of an image, which must have the rule's line plan.
-    pub fn new(image: &'a SpanImage, rule: Rule, framing: &'a Framing) -> Coverage<'a> {
+    /// Coverage of an image, which must have the rule's line plan; `index`, of its faces, if the rule
+    /// divides pixels.
+    pub fn new(
+        image: &'a SpanImage,
+        rule: Rule,
+        framing: &'a Framing,
+        index: Option<&'a Index>,
+    ) -> Coverage<'a> {
         let (boundaries, stacks) = (Boundaries::new(image), Stacks::new(image));
         let filter = framing.filter;
         let reach = Reach {
             beyond: filter.radius() - 0.5,
             kernel: (filter != Filter::Box).then(|| filter.kernel()),
-            masses: Vec::new(),
         };
-        Coverage { image, rule, framing, boundaries, stacks, strips: Vec::new(), reach }
+        let tolerance = rule.tolerance().zip(index);
+        let doubt =
+            tolerance.map(|(tolerance, index)| Doubt::new(image, index, framing, tolerance));
+        Coverage {
+            image,
+            rule,
+            framing,
+            boundaries,
+            stacks,
+            strips: Vec::new(),
+            reach,
+            masses: Vec::new(),
+            doubt,
+        }
+    }
+
+    /// The same, with an estimate of the error of every pixel whether or not the rule divides any.
+    #[must_use]
+    pub fn with_estimates(self) -> Coverage<'a> {
+        let Coverage { image, framing, .. } = self;
+        let doubt = self.doubt.or_else(|| Some(Doubt::estimate(image, framing)));
+        Coverage { doubt, ..self }
     }
 
     /// The faces that lie over each other in a cover of the last row, the nearest first, an opaque one
@@ -90,22 +103,43 @@ impl<'a> Coverage<'a> {
         self.stacks.get(id)
     }
 
+    /// By pixel of the last row, by how much its coverage may be off; empty if nobody asked.
+    pub fn errors(&self) -> &[f32] {
+        self.doubt.as_ref().map_or(&[], |doubt| doubt.errors())
+    }
+
     /// The covers of a row of the picture, pixel by pixel from left to right. Appends to `out`.
     pub fn row(&mut self, row: u32, out: &mut Vec<Cover>) {
         let plan = self.image.plan();
         let all = plan.lines(&(0..self.image.view().raster().height));
-        let shares = shares(self.rule, plan, self.framing, row, all.end);
+        let mut shares = shares(self.rule, plan, self.framing, row, all.end);
+        let count = shares.len();
+        let beside = if self.doubt.is_some() { beside(&shares, all.end) } else { [None; 2] };
+        shares.extend(beside.into_iter().flatten());
         self.stacks.clear();
         self.strips.resize_with(shares.len().max(self.strips.len()), Strip::default);
         for (i, share) in shares.iter().enumerate() {
             self.fill(i, share);
         }
-        let strips = &mut self.strips[..shares.len()];
+        let (strips, others) = self.strips[..shares.len()].split_at_mut(count);
+        if let Some(doubt) = &mut self.doubt {
+            let mut others = others.iter_mut();
+            let beside = beside.map(|share| share.and_then(|_| others.next()));
+            doubt.examine(row, strips, beside, &mut self.stacks);
+        }
+        let mut divided =
+            self.doubt.as_ref().map_or(&[][..], |doubt| doubt.divided()).iter().peekable();
         let mut pixel = self.framing.columns.start;
         while pixel < self.framing.columns.end {
+            if let Some(divided) = divided.next_if(|divided| divided.pixel == pixel) {
+                self.reach.add_pixel(&divided.strips, pixel, &mut self.masses, out);
+                pixel += 1;
+                continue;
+            }
             let x = f64::from(pixel);
             let left = x - self.reach.beyond;
-            let mut run = f64::from(self.framing.columns.end);
+            let stop = divided.peek().map_or(self.framing.columns.end, |divided| divided.pixel);
+            let mut run = f64::from(stop);
             let mut whole = true;
             for strip in strips.iter_mut() {
                 strip.go_to(left);
@@ -120,7 +154,7 @@ impl<'a> Coverage<'a> {
                 out.push(Cover { face, start: pixel, end, area: 1.0, x: x + 0.5, y });
                 pixel = end;
             } else {
-                self.reach.add_pixel(strips, pixel, out);
+                self.reach.add_pixel(strips, pixel, &mut self.masses, out);
                 pixel += 1;
             }
         }
@@ -130,116 +164,83 @@ impl<'a> Coverage<'a> {
     fn fill(&mut self, i: usize, share: &Share) {
         let Coverage { image, rule, framing, boundaries, stacks, strips, .. } = self;
         let strip = &mut strips[i];
-        strip.weight = share.weight;
-        strip.cursor = 0;
-        strip.faces.clear();
-        strip.top.clear();
-        strip.bottom.clear();
-        strip.faces.push(FaceId::NONE);
-        strip.top.push(f64::NEG_INFINITY);
-        strip.bottom.push(f64::NEG_INFINITY);
-        if let Some(k) = share.line {
-            let raster = image.view().raster();
-            stacks.prepare(k);
-            let line = stacks.spans(k);
-            strip.y = image.plan().y(k);
-            strip.top.push(0.0);
-            strip.bottom.push(0.0);
-            match rule {
-                Rule::Sampled(..) => {
-                    strip.top.extend(line[1..].iter().map(|span| raster.pixels(span.x)));
-                    strip.bottom.extend_from_slice(&strip.top[2..]);
-                }
-                Rule::Sloped(_) => {
-                    boundaries.of_line(k, stacks, &mut strip.top, &mut strip.bottom);
-                }
+        let Some(k) = share.line else {
+            strip.begin(share.weight, 0.0, FaceId::NONE);
+            strip.end();
+            return;
+        };
+        let raster = image.view().raster();
+        strip.begin(share.weight, image.plan().y(k), FaceId::NONE);
+        strip.top.push(0.0);
+        strip.bottom.push(0.0);
+        // Where it has stacks, the line is one of theirs; they are asked again what its ids mean.
+        let line = stacks.spans(image, k).to_vec();
+        match rule {
+            Rule::Sampled(..) => {
+                strip.top.extend(line[1..].iter().map(|span| raster.pixels(span.x)));
+                strip.bottom.extend_from_slice(&strip.top[2..]);
             }
-            strip.faces.extend(line.iter().map(|span| span.face));
-            strip.top.push(f64::from(raster.width));
-            strip.bottom.push(f64::from(raster.width));
-            strip.faces.push(FaceId::NONE);
-            let (from, to) = share.strip;
-            for (top, bottom) in strip.top.iter_mut().zip(&mut strip.bottom).skip(1) {
-                let (above, below) = (*top, *bottom);
-                let place = |t: f64| {
-                    let x = if above == below { above } else { above + (below - above) * t };
-                    x * framing.scale.x + framing.pan.x
-                };
-                (*top, *bottom) = (place(from), place(to));
-            }
-            if let Rule::Sloped(_) = rule {
-                strip.y += ((from + to) / 2.0 - 0.5) / f64::from(image.plan().per_row);
-            }
-        } else {
-            strip.y = 0.0;
+            _ => boundaries.of_line(k, &line, stacks, &mut strip.top, &mut strip.bottom),
         }
-        strip.top.push(f64::INFINITY);
-        strip.bottom.push(f64::INFINITY);
-        strip.look();
+        strip.faces.extend(line.iter().map(|span| span.face));
+        strip.top.push(f64::from(raster.width));
+        strip.bottom.push(f64::from(raster.width));
+        strip.faces.push(FaceId::NONE);
+        let (from, to) = share.strip;
+        for (top, bottom) in strip.top.iter_mut().zip(&mut strip.bottom).skip(1) {
+            let (above, below) = (*top, *bottom);
+            let place = |t: f64| {
+                let x = if above == below { above } else { above + (below - above) * t };
+                x * framing.scale.x + framing.pan.x
+            };
+            (*top, *bottom) = (place(from), place(to));
+        }
+        if !matches!(rule, Rule::Sampled(..)) {
+            strip.y += ((from + to) / 2.0 - 0.5) / f64::from(image.plan().per_row);
+        }
+        strip.end();
     }
 }
 
-impl Strip {
-    #[inline(always)]
-    fn face(&self) -> FaceId {
-        self.faces[self.cursor]
-    }
-
-    /// Goes to the face at a pixel.
-    #[inline(always)]
-    fn go_to(&mut self, x: f64) {
-        while self.right_high <= x {
-            self.cursor += 1;
-            self.look();
-        }
-    }
-
-    /// Notes the boundaries of the face at the cursor.
-    #[inline(always)]
-    fn look(&mut self) {
-        let i = self.cursor;
-        self.left_high = self.top[i].max(self.bottom[i]);
-        self.right_low = self.top[i + 1].min(self.bottom[i + 1]);
-        self.right_high = self.top[i + 1].max(self.bottom[i + 1]);
-    }
-
-    /// How far boundary `i` lies to the right of `x`, cut off at 0 and `width`: the mean over the strip's
-    /// height.
-    #[inline(always)]
-    fn clipped(&self, i: usize, x: f64, width: f64) -> f64 {
-        let (top, bottom) = (self.top[i] - x, self.bottom[i] - x);
-        if top <= 0.0 && bottom <= 0.0 {
-            return 0.0;
-        }
-        if top >= width && bottom >= width {
-            return width;
-        }
-        if (bottom - top).abs() < 1e-9 {
-            return top.clamp(0.0, width);
-        }
-        // The integral of a line cut off at 0 and `width`, over its length.
-        let integral = |z: f64| {
-            let z = z.max(0.0);
-            if z < width { z * z / 2.0 } else { (z - width / 2.0) * width }
-        };
-        ((integral(bottom) - integral(top)) / (bottom - top)).clamp(0.0, width)
-    }
+/// What is above and below a row, to compare with; it weighs nothing. That is the next line; or more of
+/// the row's own, if the row cuts its strip; or the same line gone on, where the raster ends.
+fn beside(shares: &[Share], lines: u32) -> [Option<Share>; 2] {
+    let share = |k, strip| Some(Share { line: Some(k), weight: 0.0, strip });
+    let above = |first: &Share| match (first.line?, first.strip.0) {
+        (k, from) if from > 0.0 => share(k, (0.0, from)),
+        (0, _) => share(0, (-1.0, 0.0)),
+        (k, _) => share(k - 1, (0.0, 1.0)),
+    };
+    let below = |last: &Share| match (last.line?, last.strip.1) {
+        (k, to) if to < 1.0 => share(k, (to, 1.0)),
+        (k, _) if k + 1 == lines => share(k, (1.0, 2.0)),
+        (k, _) => share(k + 1, (0.0, 1.0)),
+    };
+    [shares.first().and_then(above), shares.last().and_then(below)]
 }
 
 impl Reach {
     /// Adds up the strips of one pixel.
-    fn add_pixel(&mut self, strips: &[Strip], pixel: u32, out: &mut Vec<Cover>) {
+    fn add_pixel(&self, strips: &[Strip], pixel: u32, masses: &mut Masses, out: &mut Vec<Cover>) {
         let (first, width) = (out.len(), 1.0 + 2.0 * self.beyond);
         let x = f64::from(pixel) - self.beyond;
-        self.masses.clear();
+        masses.clear();
         for strip in strips {
             let mut i = strip.cursor;
             // Where a boundary lies, and how much lies left of it.
-            let mut left = strip.clipped(i, x, width);
-            let mut before = self.weight(strip, i, x, left);
+            let at = |i: usize| {
+                let clipped = strip.clipped(i, x, width);
+                (clipped, self.weight(strip, i, x, clipped))
+            };
+            // Boundaries may run beyond the raster's sides; what they bound does not.
+            let most = at(strip.faces.len() - 1);
+            let (mut left, mut before) = at(i);
             while left < width && i < strip.faces.len() {
-                let right = strip.clipped(i + 1, x, width).max(left);
-                let after = self.weight(strip, i + 1, x, right);
+                let (right, after) = match at(i + 1) {
+                    end if end.0 < left => (left, before),
+                    end if end.0 > most.0 && i + 1 < strip.faces.len() => most,
+                    end => end,
+                };
                 let area = (after - before) * strip.weight;
                 if area != 0.0 {
                     let cover = Cover {
@@ -250,7 +251,7 @@ impl Reach {
                         x: x + (left + right) / 2.0,
                         y: strip.y,
                     };
-                    self.add(out, first, cover);
+                    add(out, masses, first, cover);
                 }
                 (left, before) = (right, after);
                 i += 1;
@@ -271,25 +272,25 @@ impl Reach {
             }
         }
     }
+}
 
-    /// Adds a piece to the covers of its pixel, which begin at `first`: pieces of one face are one
-    /// cover, at their common middle.
-    #[inline(always)]
-    fn add(&mut self, out: &mut Vec<Cover>, first: usize, piece: Cover) {
-        let mass = f64::from(piece.area.abs());
-        match out[first..].iter().position(|cover| cover.face == piece.face) {
-            Some(at) => {
-                let cover = &mut out[first + at];
-                self.masses[at] += mass;
-                let t = mass / self.masses[at];
-                cover.x += (piece.x - cover.x) * t;
-                cover.y += (piece.y - cover.y) * t;
-                cover.area += piece.area;
-            }
-            None => {
-                self.masses.push(mass);
-                out.push(piece);
-            }
+/// Adds a piece to the covers of its pixel, which begin at `first`: pieces of one face are one cover, at
+/// their common middle.
+#[inline(always)]
+fn add(out: &mut Vec<Cover>, masses: &mut Masses, first: usize, piece: Cover) {
+    let mass = f64::from(piece.area.abs());
+    match out[first..].iter().position(|cover| cover.face == piece.face) {
+        Some(at) => {
+            let cover = &mut out[first + at];
+            masses[at] += mass;
+            let t = mass / masses[at];
+            cover.x += (piece.x - cover.x) * t;
+            cover.y += (piece.y - cover.y) * t;
+            cover.area += piece.area;
+        }
+        None => {
+            masses.push(mass);
+            out.push(piece);
         }
     }
 }

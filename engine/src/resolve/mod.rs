@@ -2,6 +2,7 @@
 //!
 //! 1. *Coverage* ([`coverage`]): the covers of every pixel, by an integration rule ([`rule`]) and a
 //!    pixel filter ([`filter`]).
+//!    Pixels that may be off by more than the rule tolerates are divided (`doubt`, `refine`).
 //! 2. *Intensity*: faces whose shading is the same all over are shaded once; this is \[N]'s stored
 //!    intensity, a memo of the image, which a new light replaces without touching spans.
 //! 3. *Fragments*: covers of other faces are shaded one by one, in batches ([`shade`](self)).
@@ -10,11 +11,14 @@
 
 mod boundary;
 pub mod coverage;
+mod doubt;
 pub mod filter;
 mod intensity;
+mod refine;
 pub mod rule;
 mod stacks;
 mod stream;
+mod strip;
 
 pub use coverage::{Cover, Coverage};
 pub use filter::Filter;
@@ -26,6 +30,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::error::{Error, Result};
 use crate::image::{Image, Samples, Window};
 use crate::span::SpanImage;
+use crate::visible::probe::Index;
 use stream::{Pixels, Stream};
 
 /// Rows of a task.
@@ -56,6 +61,10 @@ pub enum Channel {
     P,
     /// `id`: the object, as a hash of its name; 0 is background.
     Id,
+    /// `aa_error`: an estimate of the error of antialiasing: by which share of the pixel its coverage may
+    /// be off, 0 to 1.
+    #[serde(rename = "aa_error")]
+    Error,
 }
 
 /// Resolves an image into a picture with the given channels. Colour is the mean over the pixel; all
@@ -82,6 +91,13 @@ pub fn resolve(
     if needed.start < held.start || needed.end > held.end {
         return Err(Error::invalid(format!("rows {needed:?} are needed, the image has {held:?}")));
     }
+    if rule.tolerance().is_some() && framing.filter != Filter::Box {
+        return Err(Error::invalid(format!(
+            "{rule:?} with the filter {:?}: pixels are divided for the filter Box only; use Sloped with more lines",
+            framing.filter
+        )));
+    }
+    let index = rule.tolerance().map(|_| Index::new(image));
     let window = Window {
         x: framing.columns.start,
         y: framing.rows.start,
@@ -95,6 +111,7 @@ pub fn resolve(
     let mut normal: [Vec<f32>; 3] = std::array::from_fn(|_| float(Channel::N));
     let mut position: [Vec<f32>; 3] = std::array::from_fn(|_| float(Channel::P));
     let mut z = float(Channel::Z);
+    let mut error = float(Channel::Error);
     let mut id = vec![0u32; area(Channel::Id)];
     let bands = window.height.div_ceil(BAND) as usize;
     let mut parts: Vec<Pixels<'_>> = (0..bands).map(|_| Pixels::default()).collect();
@@ -103,19 +120,18 @@ pub fn resolve(
     deal(&mut normal, rows, &mut parts, |part, i, values| part.normal[i] = values);
     deal(&mut position, rows, &mut parts, |part, i, values| part.position[i] = values);
     deal(std::slice::from_mut(&mut z), rows, &mut parts, |part, _, values| part.z = values);
+    deal(std::slice::from_mut(&mut error), rows, &mut parts, |part, _, values| part.error = values);
     deal(std::slice::from_mut(&mut id), rows, &mut parts, |part, _, values| part.id = values);
     let names: Vec<BTreeMap<u32, String>> = parts
         .into_par_iter()
         .enumerate()
         .map_init(
             || {
-                Stream::new(
-                    image,
-                    framing,
-                    intensities,
-                    channels,
-                    Coverage::new(image, rule, framing),
-                )
+                let mut coverage = Coverage::new(image, rule, framing, index.as_ref());
+                if channels.contains(&Channel::Error) {
+                    coverage = coverage.with_estimates();
+                }
+                Stream::new(image, framing, intensities, channels, coverage)
             },
             |stream, (band, part)| {
                 let first = framing.rows.start + band as u32 * BAND;
@@ -130,6 +146,7 @@ pub fn resolve(
         (Channel::N, &["N.X", "N.Y", "N.Z"], Vec::from(normal)),
         (Channel::P, &["P.X", "P.Y", "P.Z"], Vec::from(position)),
         (Channel::Z, &["Z"], vec![z]),
+        (Channel::Error, &["aa_error"], vec![error]),
     ];
     for (channel, channel_names, values) in groups {
         if channels.contains(&channel) {

@@ -11,8 +11,7 @@ use crate::span::layer::{self, Stack};
 use crate::span::{FaceId, Span, SpanImage};
 
 /// The stacks of a few lines.
-pub(super) struct Stacks<'a> {
-    image: &'a SpanImage,
+pub(super) struct Stacks {
     /// The id of the first stack: beyond all faces.
     first: u32,
     /// Faces from front to back; an opaque one ends the list.
@@ -21,10 +20,10 @@ pub(super) struct Stacks<'a> {
     line: Vec<Span>,
 }
 
-impl<'a> Stacks<'a> {
-    pub(super) fn new(image: &'a SpanImage) -> Stacks<'a> {
+impl Stacks {
+    pub(super) fn new(image: &SpanImage) -> Stacks {
         let first = image.face_count() as u32;
-        Stacks { image, first, known: Vec::new(), ids: HashMap::new(), line: Vec::new() }
+        Stacks { first, known: Vec::new(), ids: HashMap::new(), line: Vec::new() }
     }
 
     /// Forgets all stacks.
@@ -52,23 +51,16 @@ impl<'a> Stacks<'a> {
         }
     }
 
-    /// The spans of a line, of faces and stacks. It must be the one that was prepared last.
-    pub(super) fn spans(&self, k: u32) -> &[Span] {
-        match self.image.layers().line(k) {
-            [] => self.image.lines().line(k),
-            _ => &self.line,
-        }
-    }
-
-    /// Finds the stacks of a line.
-    pub(super) fn prepare(&mut self, k: u32) {
-        let layers = self.image.layers().line(k);
+    /// The spans of a line, of faces and stacks, which get ids here. `image` is the one that these
+    /// stacks are of, or the same on [probes](crate::span::Probe).
+    pub(super) fn spans<'s>(&'s mut self, image: &'s SpanImage, k: u32) -> &'s [Span] {
+        let layers = image.layers().line(k);
         if layers.is_empty() {
-            return;
+            return image.lines().line(k);
         }
-        let Stacks { image, first, known, ids, line } = self;
+        let Stacks { first, known, ids, line } = self;
         line.clear();
-        let y = image.plan().y(k);
+        let y = image.y(k);
         let cells = image.view().raster().cells();
         let on_line = |face| image.on_line(face, y);
         let opaque = image.lines().line(k);
@@ -84,5 +76,6 @@ impl<'a> Stacks<'a> {
             };
             crate::span::line::push(line, 0, cells.start, face);
         });
+        line
     }
 }

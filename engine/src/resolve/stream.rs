@@ -22,6 +22,7 @@ pub(super) struct Pixels<'p> {
     pub(super) z: &'p mut [f32],
     pub(super) normal: [&'p mut [f32]; 3],
     pub(super) position: [&'p mut [f32]; 3],
+    pub(super) error: &'p mut [f32],
     pub(super) id: &'p mut [u32],
 }
 
@@ -104,7 +105,8 @@ impl<'a> Stream<'a> {
     pub(super) fn rows(&mut self, rows: Rows, mut pixels: Pixels<'_>) -> BTreeMap<u32, String> {
         let width = self.framing.columns.len();
         let wants_color = self.channels.contains(&Channel::Color);
-        let wants_most = self.channels.iter().any(|channel| *channel != Channel::Color);
+        let wants_most =
+            self.channels.iter().any(|c| !matches!(c, Channel::Color | Channel::Error));
         // Zero already, but written here: a fresh page that is read before it is written costs a fault
         // more and, with several threads, an interrupt of all processors. Measured: half of the time.
         pixels.color.iter_mut().for_each(|channel| channel.fill(0.0));
@@ -115,6 +117,9 @@ impl<'a> Stream<'a> {
             covers.clear();
             self.coverage.row(row, &mut covers);
             let first = i * width;
+            if !pixels.error.is_empty() {
+                pixels.error[first..first + width].copy_from_slice(self.coverage.errors());
+            }
             for cover in &covers {
                 if self.coverage.stack(cover.face).is_some() {
                     self.stack(cover, first);

@@ -9,7 +9,8 @@ use std::sync::Arc;
 
 use super::layer::{self, Segment};
 use super::line::{self, Span};
-use super::{FaceId, FaceTable, Layers, Lines, OnLine, Placement, Source, SpanImage, Stage};
+use super::{Again, FaceId, FaceTable, Layers, Lines, OnLine, Placement, Probe, Source};
+use super::{SpanImage, Stage};
 use crate::camera::Plane;
 use crate::error::{Error, Result};
 use crate::raster::{Raster, Rows};
@@ -57,10 +58,11 @@ impl SpanImage {
     #[must_use]
     pub fn sliced(&self, range: DepthRange) -> SpanImage {
         let raster = self.view().raster();
-        self.restricted(|k, cells, face| {
-            let y = self.plan().y(k);
+        let sliced = self.restricted(|k, cells, face| {
+            let y = self.y(k);
             range.cut(cells, &self.on_line(face, y), y, raster)
-        })
+        });
+        self.then(sliced, move |image| Ok(image.sliced(range)))
     }
 
     /// What is seen in a window, in pixels; elsewhere nothing is.
@@ -68,11 +70,12 @@ impl SpanImage {
     pub fn cropped(&self, columns: Range<f64>, rows: Range<f64>) -> SpanImage {
         let raster = self.view().raster();
         let window = raster.cell(columns.start)..raster.cell(columns.end);
-        self.restricted(|k, cells, _| {
-            let inside = rows.contains(&self.plan().y(k));
+        let cropped = self.restricted(|k, cells, _| {
+            let inside = rows.contains(&self.y(k));
             let seen = cells.start.max(window.start)..cells.end.min(window.end);
             if inside { seen } else { 0..0 }
-        })
+        });
+        self.then(cropped, move |image| Ok(image.cropped(columns.clone(), rows.clone())))
     }
 
     /// Every segment cut to a part of it.
@@ -150,26 +153,48 @@ impl SpanImage {
             offset: 0.0,
         };
         let image = self.placed(placement)?;
-        let cells = raster.cells();
-        let shifted = |cell: u32| (i64::from(cell) + step as i64).clamp(0, i64::from(cells)) as u32;
         let source = |k: u32| {
             let from = i64::from(k) - lines;
             u32::try_from(from).ok().filter(|from| image.lines().range().contains(from))
         };
-        let range = self.plan().lines(&rows);
-        let spans = Lines::compute(range.clone(), |k, out| {
+        let moved = image.shifted(image.on_rows(rows), step as i64, source);
+        let again = image.again().cloned().map(|again| {
+            // The sources are moved already; the lines are those that move to the probes.
+            Again::new(move |probes| {
+                let back = |cell| shift(cell, -step as i64, raster.cells());
+                let from = |probe: &Probe| Probe {
+                    y: probe.y - placement.y,
+                    cells: back(probe.cells.start)..back(probe.cells.end),
+                };
+                let image = again.make(&probes.iter().map(from).collect())?;
+                Ok(image.shifted(image.on_probes(probes), step as i64, Some))
+            })
+        });
+        Ok(moved.with_again(again))
+    }
+
+    /// The lines `source` of this image moved right by `step` cells, in `frame`.
+    fn shifted(
+        &self,
+        frame: SpanImage,
+        step: i64,
+        source: impl Fn(u32) -> Option<u32> + Sync,
+    ) -> SpanImage {
+        let cells = self.view().raster().cells();
+        let shifted = |cell| shift(cell, step, cells);
+        let spans = Lines::compute(frame.lines().range(), |k, out| {
             let start = out.len();
             out.push(Span { x: 0, face: FaceId::NONE });
             let Some(from) = source(k) else { return };
-            let spans = image.lines().line(from).iter();
+            let spans = self.lines().line(from).iter();
             out.extend(spans.map(|span| Span { x: shifted(span.x), face: span.face }));
             out.push(Span { x: shifted(cells), face: FaceId::NONE });
             tidy(out, start, cells);
         });
-        let layers = Layers::compute(range, |k, out| {
+        let layers = Layers::compute(frame.layers().range(), |k, out| {
             let start = out.len();
             let Some(from) = source(k) else { return };
-            for Segment { start, face, end } in image.layers().line(from) {
+            for Segment { start, face, end } in self.layers().line(from) {
                 let (start, end) = (shifted(*start), shifted(*end));
                 if start < end {
                     out.push(Segment { start, face: *face, end });
@@ -177,7 +202,7 @@ impl SpanImage {
             }
             layer::normalize(out, start);
         });
-        Ok(image.on_rows(rows).with_lines(spans, layers))
+        frame.with_lines(spans, layers)
     }
 
     /// The image with all faces moved; lines are as they were.
@@ -193,6 +218,11 @@ impl SpanImage {
         let sources = self.sources().iter().map(source).collect::<Result<Vec<_>>>()?;
         self.with_sources(sources)
     }
+}
+
+/// A cell moved right, not beyond the raster's `cells`.
+fn shift(cell: u32, step: i64, cells: u32) -> u32 {
+    (i64::from(cell) + step).clamp(0, i64::from(cells)) as u32
 }
 
 /// Removes spans of no length, and joins neighbours of one face.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::layer::{self, Segment};
 use super::line::{self, Span};
-use super::{FaceId, Layers, Lines, Source, SpanImage};
+use super::{Again, FaceId, Layers, Lines, Source, SpanImage};
 use crate::error::Result;
 use crate::key::{Key, KeyHasher};
 
@@ -40,6 +40,13 @@ impl SpanImage {
     /// # Errors
     /// If the images differ in camera, raster, line plan or rows.
     pub fn held(&self, matte: &SpanImage, keep: Keep) -> Result<SpanImage> {
+        let again = self.again().cloned().zip(matte.again().cloned()).map(|(own, matte)| {
+            Again::new(move |probes| own.make(probes)?.held(&matte.make(probes)?, keep))
+        });
+        Ok(self.held_once(matte, keep)?.with_again(again))
+    }
+
+    fn held_once(&self, matte: &SpanImage, keep: Keep) -> Result<SpanImage> {
         let mut by = KeyHasher::new("matte");
         for source in matte.sources() {
             by.bytes(source.label.as_bytes());
@@ -107,7 +114,7 @@ impl SpanImage {
 /// The line `k` of an image where the opaque matte does not hide it.
 fn outside(this: &SpanImage, matte: &SpanImage, k: u32, out: &mut Vec<Span>) {
     let cells = this.view().raster().cells();
-    let y = this.plan().y(k);
+    let y = this.y(k);
     let start = out.len();
     let mut merged = Vec::new();
     let (a, b) = (this.lines().line(k), matte.lines().line(k));
@@ -122,7 +129,7 @@ fn outside(this: &SpanImage, matte: &SpanImage, k: u32, out: &mut Vec<Span>) {
 fn clipped(layers: &Layers, lines: &Lines, image: &SpanImage) -> Layers {
     let cells = image.view().raster().cells();
     Layers::compute(layers.range(), |k, out| {
-        let y = image.plan().y(k);
+        let y = image.y(k);
         let start = out.len();
         layer::clip(layers.line(k), lines.line(k), cells, |face| image.on_line(face, y), out);
         layer::normalize(out, start);

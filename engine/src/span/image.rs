@@ -1,12 +1,13 @@
 //! All lines of a picture, and the merge of pictures.
 
 use std::cmp::Ordering;
+use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 use super::layer::{self, Segment};
 use super::line::{self, Span};
 use super::per_line::PerLine;
-use super::{Face, FaceId, OnLine, Source, Stage};
+use super::{Again, Face, FaceId, OnLine, Probe, Source, Stage};
 use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, Result};
@@ -29,6 +30,9 @@ pub struct SpanImage {
     view: View,
     plan: LinePlan,
     rows: Rows,
+    /// If its lines are probes, which; then `plan` and `rows` say nothing of them.
+    probes: Option<Arc<[Probe]>>,
+    again: Option<Again>,
     /// In the order of [`Source::order`], without doubles.
     sources: Vec<Arc<Source>>,
     /// The id of each source's first face.
@@ -41,16 +45,30 @@ pub struct SpanImage {
 impl SpanImage {
     /// An image on which nothing is seen: the identity of [`merge`](SpanImage::merge).
     pub fn empty(view: View, plan: LinePlan, rows: Rows) -> SpanImage {
+        let make = {
+            let view = view.clone();
+            move |probes: &Arc<[Probe]>| {
+                let lines = 0..probes.len() as u32;
+                let nothing = SpanImage::with_nothing(view.clone(), plan, 0..0, lines);
+                Ok(SpanImage { probes: Some(probes.clone()), ..nothing })
+            }
+        };
+        let lines = plan.lines(&rows);
+        SpanImage::with_nothing(view, plan, rows, lines).with_again(Some(Again::new(make)))
+    }
+
+    fn with_nothing(view: View, plan: LinePlan, rows: Rows, lines: Range<u32>) -> SpanImage {
         let background = |_, out: &mut Vec<Span>| out.push(Span { x: 0, face: FaceId::NONE });
-        let lines = Arc::new(Lines::compute(plan.lines(&rows), background));
         SpanImage {
             view,
             plan,
+            rows,
+            probes: None,
+            again: None,
             sources: Vec::new(),
             bases: Vec::new(),
-            lines,
-            layers: Arc::new(Layers::empty(plan.lines(&rows))),
-            rows,
+            lines: Arc::new(Lines::compute(lines.clone(), background)),
+            layers: Arc::new(Layers::empty(lines)),
             intensities: OnceLock::new(),
         }
     }
@@ -65,7 +83,8 @@ impl SpanImage {
         rows: Rows,
         sources: Vec<Source>,
     ) -> Result<SpanImage> {
-        let empty = SpanImage::empty(view, plan, rows);
+        let lines = plan.lines(&rows);
+        let empty = SpanImage::with_nothing(view, plan, rows, lines);
         let sources = sources.into_iter().map(|source| vec![Arc::new(source)]).collect();
         assemble(std::slice::from_ref(&empty), sources).map(|(frame, _)| frame)
     }
@@ -74,7 +93,7 @@ impl SpanImage {
     /// their [one form](super::layer).
     #[must_use]
     pub fn with_lines(self, lines: Lines, layers: Layers) -> SpanImage {
-        debug_assert_eq!(lines.range(), self.plan.lines(&self.rows));
+        debug_assert_eq!(lines.range(), self.lines.range());
         debug_assert_eq!(layers.range(), lines.range());
         let (lines, layers) = (Arc::new(lines), Arc::new(layers));
         SpanImage { lines, layers, intensities: OnceLock::new(), ..self }
@@ -83,6 +102,32 @@ impl SpanImage {
     /// The projection.
     pub fn view(&self) -> &View {
         &self.view
+    }
+
+    /// The image, made again as said.
+    pub(crate) fn with_again(self, again: Option<Again>) -> SpanImage {
+        SpanImage { again, ..self }
+    }
+
+    pub(super) fn again(&self) -> Option<&Again> {
+        self.again.as_ref()
+    }
+
+    /// The height of line `k` in pixels from the top of the raster.
+    #[inline(always)]
+    pub fn y(&self, k: u32) -> f64 {
+        match &self.probes {
+            None => self.plan.y(k),
+            Some(probes) => probes[k as usize].y,
+        }
+    }
+
+    /// The sources of the image with nothing on lines that are probes.
+    pub(crate) fn on_probes(&self, probes: &Arc<[Probe]>) -> SpanImage {
+        let lines = 0..probes.len() as u32;
+        let nothing = SpanImage::with_nothing(self.view.clone(), self.plan, 0..0, lines);
+        let (sources, bases) = (self.sources.clone(), self.bases.clone());
+        SpanImage { probes: Some(probes.clone()), sources, bases, ..nothing }
     }
 
     /// Where the lines lie.
@@ -175,13 +220,15 @@ impl SpanImage {
     /// If the image has more faces than ids (2^32 - 1).
     pub(super) fn with_sources(&self, sources: Vec<Arc<Source>>) -> Result<SpanImage> {
         // New keys may order the sources anew; assembling puts ids right where they do.
-        let sources = sources.into_iter().map(|source| vec![source]).collect();
-        assemble(std::slice::from_ref(self), sources).map(|(image, _)| image)
+        let all = sources.iter().map(|source| vec![source.clone()]).collect();
+        let (image, _) = assemble(std::slice::from_ref(self), all)?;
+        Ok(self.then(image, move |image| image.with_sources(sources.clone())))
     }
 
     /// The image on other rows, with nothing on them.
     pub(super) fn on_rows(&self, rows: Rows) -> SpanImage {
-        let nothing = SpanImage::empty(self.view.clone(), self.plan, rows);
+        let lines = self.plan.lines(&rows);
+        let nothing = SpanImage::with_nothing(self.view.clone(), self.plan, rows, lines);
         SpanImage { sources: self.sources.clone(), bases: self.bases.clone(), ..nothing }
     }
 
@@ -228,27 +275,35 @@ impl SpanImage {
         let all = images.iter().flat_map(|image| image.sources.iter().map(|s| vec![s.clone()]));
         let (frame, places) = assemble(images, all.collect())?;
         let cells = frame.view.raster().cells();
-        let lines = Lines::compute(frame.plan.lines(&frame.rows), |k, out| {
-            let y = frame.plan.y(k);
+        let lines = Lines::compute(frame.lines.range(), |k, out| {
+            let y = frame.y(k);
             let on_line = |face| frame.on_line(face, y);
             let layers: Vec<Vec<Span>> =
                 images.iter().zip(&places).map(|(image, map)| map.renamed(image, k)).collect();
             merge_layers(&layers, cells, &on_line, out);
         });
+        let again: Option<Vec<Again>> = images.iter().map(|image| image.again.clone()).collect();
+        let again = again.map(|all| {
+            Again::new(move |probes| {
+                let made = all.iter().map(|one| one.make(probes)).collect::<Result<Vec<_>>>()?;
+                SpanImage::merge(&made)
+            })
+        });
+        let merged = SpanImage { lines: Arc::new(lines), again, ..frame };
         if images.iter().all(|image| image.layers.items().is_empty()) {
-            return Ok(SpanImage { lines: Arc::new(lines), ..frame });
+            return Ok(merged);
         }
-        let layers = Layers::compute(lines.range(), |k, out| {
-            let y = frame.plan.y(k);
-            let on_line = |face| frame.on_line(face, y);
+        let layers = Layers::compute(merged.lines.range(), |k, out| {
+            let y = merged.y(k);
+            let on_line = |face| merged.on_line(face, y);
             let start = out.len();
             for (image, map) in images.iter().zip(&places) {
                 let own: Vec<Segment> = map.renamed_layers(image, k).collect();
-                layer::clip(&own, lines.line(k), cells, on_line, out);
+                layer::clip(&own, merged.lines.line(k), cells, on_line, out);
             }
             layer::normalize(out, start);
         });
-        Ok(SpanImage { lines: Arc::new(lines), layers: Arc::new(layers), ..frame })
+        Ok(SpanImage { layers: Arc::new(layers), ..merged })
     }
 
     fn check_mergeable(&self, other: &SpanImage) -> Result<()> {
@@ -264,6 +319,10 @@ impl SpanImage {
         }
         if self.plan != other.plan {
             return mismatch("the line plan", self.plan.to_string(), other.plan.to_string());
+        }
+        if self.probes != other.probes {
+            let probes = |image: &SpanImage| format!("{} probes", image.lines.range().len());
+            return mismatch("the probes", probes(self), probes(other));
         }
         if self.rows != other.rows {
             let rows = |rows: &Rows| format!("rows {} to {}", rows.start, rows.end);
@@ -442,6 +501,8 @@ fn assemble(
         view: first.view.clone(),
         plan: first.plan,
         rows: first.rows.clone(),
+        probes: first.probes.clone(),
+        again: None,
         sources: united,
         bases,
         lines,

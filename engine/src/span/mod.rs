@@ -5,8 +5,9 @@
 //! is the maximum, cell by cell, under the total order of [`order`].
 //!
 //! Reading path: [`order`] (which face is nearer), [`mod@line`] (a line and the merge of two), [`layer`]
-//! (translucent faces), [`face`] (planes and outlines), [`image`] (all lines of a picture, and the merge of pictures), [`writer`]
-//! (for renderers of other people).
+//! (translucent faces), [`face`] (planes and outlines), [`image`] (all lines of a picture, and the merge
+//! of pictures), [`probe`] (more lines, where they are wanted), [`writer`] (for renderers of other
+//! people).
 
 pub mod edit;
 pub mod face;
@@ -16,6 +17,7 @@ pub mod layer;
 pub mod line;
 pub mod order;
 pub mod per_line;
+pub mod probe;
 pub mod source;
 pub mod writer;
 
@@ -27,5 +29,7 @@ pub use layer::Segment;
 pub use line::Span;
 pub use order::OnLine;
 pub use per_line::PerLine;
+pub(crate) use probe::Again;
+pub use probe::Probe;
 pub use source::{Placement, Source, Stage};
 pub use writer::SpanWriter;

@@ -6,9 +6,7 @@
 //! cache each, and on large scenes these were measured to be half of the time.
 
 use rayon::prelude::*;
-use std::ops::Range;
 
-use super::band::LANES;
 use crate::raster::Raster;
 use crate::span::{Face, FaceId, FaceTable, SpanImage};
 
@@ -26,18 +24,24 @@ pub(super) struct Entry {
 }
 
 /// Faces by band.
+#[derive(Debug)]
 pub(super) struct Bins {
     starts: Vec<usize>,
     entries: Vec<Entry>,
 }
 
 /// A face's bands, half-open.
-type Bands = (u32, u32);
+pub(super) type Bands = (u32, u32);
 
 impl Bins {
-    /// The faces of a frame that are translucent, or those that are not.
-    pub(super) fn new(frame: &SpanImage, lines: &Range<u32>, translucent: bool) -> Bins {
-        let count = lines.len().div_ceil(LANES);
+    /// The faces of a frame that are meant, by band; `bands` says which of them, half-open, a face meets
+    /// that reaches from one height to another, in pixels.
+    pub(super) fn new(
+        frame: &SpanImage,
+        count: usize,
+        is_meant: impl Fn(&Face) -> bool + Sync,
+        bands: impl Fn(f64, f64) -> Bands + Sync,
+    ) -> Bins {
         let faces: Vec<(Bands, Entry)> = frame
             .sources()
             .iter()
@@ -45,11 +49,12 @@ impl Bins {
             .flat_map(|(source, known)| {
                 let table = &*known.faces;
                 let entry = |(place, face): (usize, &Face)| {
+                    let (top, bottom) = extent(table, face);
                     let id = frame.id(source, place);
-                    (bands(frame, lines, table, face), Entry::new(table, face, id, frame))
+                    (bands(top, bottom), Entry::new(table, face, id, frame))
                 };
                 let faces = table.faces().par_iter().with_min_len(4096).enumerate();
-                let meant = faces.filter(|(_, face)| face.is_translucent == translucent);
+                let meant = faces.filter(|(_, face)| is_meant(face));
                 meant.map(entry).collect::<Vec<_>>()
             })
             .collect();
@@ -95,19 +100,14 @@ impl Bins {
     }
 }
 
-/// The bands whose lines may cross a face.
-fn bands(frame: &SpanImage, lines: &Range<u32>, table: &FaceTable, face: &Face) -> Bands {
+/// From which height to which a face reaches.
+fn extent(table: &FaceTable, face: &Face) -> (f64, f64) {
     let (mut top, mut bottom) = (f64::INFINITY, f64::NEG_INFINITY);
     for point in table.rings(face).flat_map(|ring| ring.points()) {
         top = top.min(point.y);
         bottom = bottom.max(point.y);
     }
-    let band_of = |y: f64| frame.plan().first_at_or_below(y).clamp(lines.start, lines.end);
-    let (first, last) = (band_of(top) - lines.start, band_of(bottom) - lines.start);
-    if first >= last {
-        return (0, 0);
-    }
-    (first / LANES as u32, last.div_ceil(LANES as u32))
+    (top, bottom)
 }
 
 impl Entry {

@@ -6,24 +6,26 @@
 //! apart and merging them gives the same bits as rendering them together.
 //!
 //! Reading path: [`setup`] (faces on the screen), `band` (where a face meets lines), `tiles` (the
-//! visible part of all).
+//! visible part of all), [`probe`] (the same anywhere, on demand).
 
 mod band;
 mod bins;
 mod clip;
+pub mod probe;
 pub mod setup;
 mod tiles;
 
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::key::Key;
 use crate::raster::{LinePlan, Rows};
 use crate::scene::{Scene, SceneSurfaces};
-use crate::span::{Layers, Lines, Segment, Source, SpanImage, layer, line};
+use crate::span::{Again, Layers, Lines, Segment, Source, SpanImage, layer, line};
 use band::{Band, LANES, Limits};
+use probe::Index;
 
 /// A scene to render, and what decides where it coincides with others.
 #[derive(Clone, Debug)]
@@ -48,7 +50,14 @@ impl From<Arc<Scene>> for Cluster {
 pub fn render(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
     let frame = frame(clusters, view, plan, rows)?;
     let (lines, layers) = tiles::solve(&frame);
-    Ok(frame.with_lines(lines, layers))
+    let again = plan.probed.then(|| {
+        let (nowhere, index) = (frame.clone(), OnceLock::new());
+        Again::new(move |probes| {
+            let index = index.get_or_init(|| Index::new(&nowhere));
+            Ok(probe::solve(&nowhere, index, probes))
+        })
+    });
+    Ok(frame.with_lines(lines, layers).with_again(again))
 }
 
 /// Renders as [`render`] does, line by line and without any cleverness: all segments of a line, halved

@@ -218,8 +218,9 @@ impl<'a> Setup<'a> {
             && extent.low.y < bottom
             && extent.farthest <= nearest
             && extent.nearest >= farthest
-            && self.plan.first_at_or_below(extent.low.y)
-                < self.plan.first_at_or_below(extent.high.y)
+            && (self.plan.probed
+                || self.plan.first_at_or_below(extent.low.y)
+                    < self.plan.first_at_or_below(extent.high.y))
     }
 
     /// The plane, or constant depth for a face seen so nearly edge-on that all of its depths lie within

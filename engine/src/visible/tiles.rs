@@ -29,12 +29,12 @@ const STALE: u32 = 8;
 /// Solves all lines of a frame: the opaque spans, and the segments of translucent faces before them.
 pub(super) fn solve(frame: &SpanImage) -> (Lines, Layers) {
     let lines = frame.plan().lines(&frame.rows());
-    let bins = Bins::new(frame, &lines, false);
+    let bins = bins_of(frame, &lines, false);
     let has_layers = frame
         .sources()
         .iter()
         .any(|source| source.faces.faces().iter().any(|face| face.is_translucent));
-    let layers = has_layers.then(|| Bins::new(frame, &lines, true));
+    let layers = has_layers.then(|| bins_of(frame, &lines, true));
     let bands = (lines.len() as u32).div_ceil(LANES as u32);
     let (opaque, translucent): (Vec<Lines>, Vec<Layers>) = (0..bands)
         .into_par_iter()
@@ -50,6 +50,18 @@ pub(super) fn solve(frame: &SpanImage) -> (Lines, Layers) {
         )
         .unzip();
     (Lines::join(lines.start, opaque), Layers::join(lines.start, translucent))
+}
+
+/// The faces of a frame by band of lines: those that are translucent, or those that are not.
+fn bins_of(frame: &SpanImage, lines: &Range<u32>, translucent: bool) -> Bins {
+    let line_at = |y: f64| frame.plan().first_at_or_below(y).clamp(lines.start, lines.end);
+    let bands = |top: f64, bottom: f64| {
+        let (first, last) = (line_at(top) - lines.start, line_at(bottom) - lines.start);
+        let is_met = first < last;
+        if is_met { (first / LANES as u32, last.div_ceil(LANES as u32)) } else { (0, 0) }
+    };
+    let count = lines.len().div_ceil(LANES);
+    Bins::new(frame, count, |face| face.is_translucent == translucent, bands)
 }
 
 /// A segment of a tile's line: its first cell, and the face seen with its depth on this line. It ends

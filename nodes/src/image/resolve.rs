@@ -22,7 +22,9 @@ pub struct Resolve {
     pub size: (u32, u32),
     /// How lines become pixels: `Sloped(n)`, with n lines per row and the slopes of edges;
     /// `Sampled(n, Trapezoid)` or `Sampled(n, Box)`, lines as they are, weighted as in the papers. n is
-    /// 1 to 1024: time for accuracy.
+    /// 1 to 1024: time for accuracy. `Adaptive(n, tolerance)` is `Sloped(n)` with pixels solved again
+    /// whose coverage may be off by more than the tolerance, 0 to 1; `Exact` leaves nothing, slowly.
+    /// The channel `aa_error` shows the estimate that decides.
     pub lines: Rule,
     /// Scale in x and y: the picture is this many times `size`, without solving visibility again.
     pub scale: (f64, f64),

@@ -1,0 +1,244 @@
+//! Probes of a rendered image: lines of any height over a few cells, solved on demand.
+//!
+//! Faces are kept by row of the raster. A probe's neighbours in a window share the search: faces that
+//! meet it come from front to back, and those that lie behind one which covers all of it are left out.
+//! What is left is solved by halving and merging, the winner rule's plain form; so a probe has the
+//! bits that a line at its height would have.
+
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::band::{self, Limits};
+use super::bins::{Bins, Entry};
+use crate::raster::{MAX_SIDE, Raster};
+use crate::span::{FaceId, Layers, Lines, Probe, Role, Segment, Span, SpanImage, layer, line};
+
+/// The faces of an image's sources by row of the raster.
+#[derive(Debug)]
+pub struct Index {
+    rows: Bins,
+}
+
+/// A part of the raster.
+struct Area {
+    cells: Range<u32>,
+    /// Its upper and its lower end in pixels from the top.
+    y: (f64, f64),
+}
+
+impl Index {
+    /// The faces that reach into rows of the raster; those that reach into several are told several
+    /// times.
+    pub fn faces(&self, rows: Range<u32>) -> impl Iterator<Item = FaceId> + '_ {
+        rows.flat_map(|row| self.rows.band(row).iter().map(|entry| entry.face))
+    }
+
+    /// The index of all faces that an image's sources have.
+    pub fn new(image: &SpanImage) -> Index {
+        let height = image.view().raster().height;
+        let row = |y: f64| y.clamp(0.0, f64::from(MAX_SIDE)) as u32;
+        let rows = |top: f64, bottom: f64| {
+            if bottom < 0.0 { (0, 0) } else { (row(top), (row(bottom) + 1).min(height)) }
+        };
+        Index { rows: Bins::new(image, height as usize, |_| true, rows) }
+    }
+
+    /// For each area the faces that may be seen in it, translucent ones too. Areas need not be apart, but
+    /// must be sorted by their first cell.
+    fn candidates(&self, image: &SpanImage, areas: &[Area]) -> Vec<Vec<FaceId>> {
+        let raster = image.view().raster();
+        let mut found: Vec<Vec<Entry>> = vec![Vec::new(); areas.len()];
+        let rows = areas.iter().fold((u32::MAX, 0), |(first, last), area| {
+            let row = |y: f64| y.clamp(0.0, f64::from(raster.height - 1)) as u32;
+            (first.min(row(area.y.0)), last.max(row(area.y.1) + 1))
+        });
+        let widest = areas.iter().map(|area| area.cells.end - area.cells.start).max().unwrap_or(0);
+        for row in rows.0..rows.1 {
+            for entry in self.rows.band(row) {
+                let first = u32::from(entry.columns.0) << raster.fraction_bits();
+                let end = (u64::from(entry.columns.1) + 1) << raster.fraction_bits();
+                let from = areas.partition_point(|area| {
+                    u64::from(area.cells.start) + u64::from(widest) <= u64::from(first)
+                });
+                for (area, found) in areas.iter().zip(&mut found).skip(from) {
+                    if u64::from(area.cells.start) >= end {
+                        break;
+                    }
+                    if area.cells.end > first {
+                        found.push(*entry);
+                    }
+                }
+            }
+        }
+        let several = rows.1 > rows.0 + 1;
+        let each = areas.iter().zip(found).map(|(area, mut faces)| {
+            if several {
+                faces.sort_unstable_by_key(|entry| entry.face);
+                faces.dedup_by_key(|entry| entry.face);
+            }
+            nearest(image, area, faces)
+        });
+        each.collect()
+    }
+}
+
+/// The faces of an area without those that lie behind one that covers all of it.
+fn nearest(image: &SpanImage, area: &Area, mut faces: Vec<Entry>) -> Vec<FaceId> {
+    faces.sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest));
+    let raster = image.view().raster();
+    let (left, right) = (raster.pixels(area.cells.start), raster.pixels(area.cells.end));
+    let mut kept: Vec<(FaceId, f64)> = Vec::new();
+    let mut bound = f64::NEG_INFINITY;
+    for entry in faces {
+        if f64::from(entry.nearest) < bound {
+            break;
+        }
+        let (source, face) = image.face(entry.face);
+        let plane = face.plane;
+        let corners = [(left, area.y.0), (right, area.y.0), (left, area.y.1), (right, area.y.1)];
+        let depths = corners.map(|(x, y)| plane.depth(x, y));
+        let size = plane.a.abs() * right + plane.b.abs() * area.y.1.abs() + plane.c.abs();
+        let doubt = size * 1e-13 + plane.a.abs() / raster.cells_per_pixel();
+        let near = depths.into_iter().fold(f64::NEG_INFINITY, f64::max) + doubt;
+        if near < bound {
+            continue;
+        }
+        kept.push((entry.face, near));
+        if !face.is_translucent && face.role == Role::Face {
+            let table = &source.faces;
+            let is_clear = || table.edges(face).all(|edge| !meets(&edge, area, left, right));
+            let middle = (area.y.0 + area.y.1) / 2.0;
+            let is_inside = || {
+                let centre = (left + right) / 2.0;
+                let crossings = table.crossing(face, middle);
+                crossings.filter(|edge| edge.x_at(middle) > centre).count() % 2 == 1
+            };
+            if is_clear() && is_inside() && Limits::new(image.view()).are_open() {
+                bound = bound.max(depths.into_iter().fold(f64::INFINITY, f64::min) - doubt);
+            }
+        }
+    }
+    kept.into_iter().filter(|(_, near)| *near >= bound).map(|(id, _)| id).collect()
+}
+
+/// Whether an edge may reach into an area.
+fn meets(edge: &crate::span::Edge, area: &Area, left: f64, right: f64) -> bool {
+    if edge.bottom.y < area.y.0 || edge.top.y > area.y.1 {
+        return false;
+    }
+    let (top, bottom) = (area.y.0.max(edge.top.y), area.y.1.min(edge.bottom.y));
+    let (from, to) = match edge.top.y == edge.bottom.y {
+        true => (edge.top.x, edge.bottom.x),
+        false => (edge.x_at(top), edge.x_at(bottom)),
+    };
+    // Boundaries are rounded to cells.
+    let doubt = 1e-4;
+    from.min(to) <= right + doubt && from.max(to) >= left - doubt
+}
+
+/// Solves probes of a frame.
+pub(super) fn solve(frame: &SpanImage, index: &Index, probes: &Arc<[Probe]>) -> SpanImage {
+    // Neighbours in a row over the same cells are one window.
+    let row = |probe: &Probe| probe.y.floor();
+    let windows: Vec<Range<usize>> = probes
+        .chunk_by(|a, b| a.cells == b.cells && row(a) == row(b))
+        .scan(0, |first, chunk| {
+            let range = *first..*first + chunk.len();
+            *first = range.end;
+            Some(range)
+        })
+        .collect();
+    let mut order: Vec<usize> = (0..windows.len()).collect();
+    let key = |window: &usize| {
+        let probe = &probes[windows[*window].start];
+        (row(probe) as i64, probe.cells.start)
+    };
+    order.sort_by_key(key);
+    let area = |window: &usize| {
+        let probes = &probes[windows[*window].clone()];
+        let ends = |(low, high): (f64, f64), probe: &Probe| (low.min(probe.y), high.max(probe.y));
+        let y = probes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+        Area { cells: probes[0].cells.clone(), y }
+    };
+    let rows: Vec<&[usize]> = order.chunk_by(|a, b| key(a).0 == key(b).0).collect();
+    let solver = Solver { frame, raster: frame.view().raster(), limits: Limits::new(frame.view()) };
+    let solved: Vec<(usize, Vec<Solved>)> = rows
+        .into_par_iter()
+        .flat_map_iter(|row| {
+            let areas: Vec<Area> = row.iter().map(area).collect();
+            let found = index.candidates(frame, &areas);
+            let each = row.iter().zip(found).map(|(window, faces)| {
+                let probes = &probes[windows[*window].clone()];
+                (*window, probes.iter().map(|probe| solver.line(probe, &faces)).collect())
+            });
+            each.collect::<Vec<_>>()
+        })
+        .collect();
+    let mut lines: Vec<Option<Solved>> = probes.iter().map(|_| None).collect();
+    for (window, solved) in solved {
+        for (at, line) in windows[window].clone().zip(solved) {
+            lines[at] = Some(line);
+        }
+    }
+    let line = |k: u32| lines[k as usize].as_ref().expect("every probe is in a window");
+    let all = 0..probes.len() as u32;
+    let spans = Lines::compute(all.clone(), |k, out| out.extend_from_slice(&line(k).0));
+    let layers = Layers::compute(all, |k, out| out.extend_from_slice(&line(k).1));
+    frame.on_probes(probes).with_lines(spans, layers)
+}
+
+/// The spans and the layers of a probe.
+type Solved = (Vec<Span>, Vec<Segment>);
+
+struct Solver<'a> {
+    frame: &'a SpanImage,
+    raster: Raster,
+    limits: Limits,
+}
+
+impl Solver<'_> {
+    fn line(&self, probe: &Probe, faces: &[FaceId]) -> Solved {
+        let y = probe.y;
+        let [_, top, _, bottom] = self.frame.view().window();
+        let (mut opaque, mut translucent) = (Vec::new(), Vec::new());
+        if y >= top && y <= bottom {
+            for id in faces {
+                let (source, face) = self.frame.face(*id);
+                let mut add = |segment: Range<u32>| {
+                    let within =
+                        segment.start.max(probe.cells.start)..segment.end.min(probe.cells.end);
+                    if within.is_empty() {
+                        return;
+                    }
+                    let on_line = self.frame.on_line(*id, y);
+                    let Range { start, end } = self.limits.cut(within, &on_line, y, self.raster);
+                    if start < end && face.is_translucent {
+                        translucent.push(Segment { start, face: *id, end });
+                    } else if start < end {
+                        opaque.push((start..end, *id));
+                    }
+                };
+                if face.is_monotone {
+                    let mut x = (f64::INFINITY, f64::NEG_INFINITY);
+                    for edge in source.faces.outline(face).crossing(y) {
+                        let at = edge.x_at(y);
+                        x = (x.0.min(at), x.1.max(at));
+                    }
+                    if x.0 <= x.1 {
+                        add(self.raster.cell(x.0)..self.raster.cell(x.1));
+                    }
+                } else {
+                    band::segments(&source.faces, face, y, self.raster).into_iter().for_each(add);
+                }
+            }
+        }
+        let cells = self.raster.cells();
+        let on_line = |face| self.frame.on_line(face, y);
+        let (mut spans, mut layers) = (Vec::new(), Vec::new());
+        line::envelope(&opaque, cells, &on_line, &mut spans);
+        layer::clip(&translucent, &spans, cells, on_line, &mut layers);
+        layer::normalize(&mut layers, 0);
+        (spans, layers)
+    }
+}
