@@ -127,7 +127,10 @@ const LAYERS: [(&str, &[&str]); 17] = [
     ("shade", &["color", "error", "fragment", "key", "math"]),
     (
         "resolve",
-        &["camera", "color", "error", "fragment", "image", "key", "raster", "span", "visible"],
+        &[
+            "camera", "color", "error", "fragment", "image", "key", "math", "raster", "span",
+            "visible",
+        ],
     ),
     ("graph", &["error", "key", "output", "text"]),
     ("values", &["camera", "graph", "image", "key", "raster", "resolve", "scene", "shade", "span"]),
