@@ -2,8 +2,8 @@
 //!
 //! An image knows how it came to be: a renderer how it solves lines, a merge what it merged, a holdout
 //! what holds what. So it can be asked for more lines where those that it has do not suffice, without
-//! solving any other place again. What [refines](crate::resolve) pixels asks in this way; images that
-//! were written or read line by line hold what they hold and answer nothing.
+//! solving any other place again. What refines pixels asks in this way; images that were written or
+//! read line by line hold what they hold and answer nothing.
 
 use std::fmt;
 use std::ops::Range;
