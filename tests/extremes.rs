@@ -19,8 +19,13 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-const RULES: [Rule; 3] =
-    [Rule::Sampled(3, Weighting::Trapezoid), Rule::Sampled(4, Weighting::Box), Rule::Sloped(4)];
+const RULES: [Rule; 5] = [
+    Rule::Sampled(3, Weighting::Trapezoid),
+    Rule::Sampled(4, Weighting::Box),
+    Rule::Sloped(4),
+    Rule::Adaptive(2, 0.01),
+    Rule::Exact,
+];
 
 fn render(scene: &Arc<Scene>, camera: &Camera, size: (u32, u32), rule: Rule) -> SpanImage {
     let view = View::new(camera, Raster::new(size.0, size.1).unwrap()).unwrap();

@@ -170,17 +170,20 @@ fn unseen(
     let height = bottom - top;
     let place = |x: f64| x * framing.scale.x + framing.pan.x;
     let columns = f64::from(framing.columns.start)..f64::from(framing.columns.end);
+    // Beyond the outermost lines there is no other to disagree with.
+    let is_outermost = rows.start == 0 || rows.end == raster.height;
     let mut events = Vec::new();
     // By pixel, the farthest that is seen; NaN where nobody looked yet.
     let mut depths = vec![f64::NAN; errors.len()];
     for id in refines.index.faces(rows) {
         let (source, face) = image.face(id);
         let thickness = unmet(&source.faces, face, image.plan());
-        if refines.tolerance > 0.0 && thickness.is_none() {
+        if refines.tolerance > 0.0 && thickness.is_none() && !is_outermost {
             continue;
         }
         for edge in source.faces.edges(face) {
             let Some((left, right)) = reach(&edge, top, bottom) else { continue };
+            let thickness = thickness.or_else(|| ends_beyond(&edge, image));
             let (left, right) = (place(left), place(right));
             if right < columns.start || left >= columns.end {
                 continue;
@@ -221,6 +224,9 @@ fn unseen(
                 let width = right.min(x + 1.0) - left.max(x);
                 let share = thickness.map_or(0.0, |thick| width * (thick / height).min(1.0) / 2.0);
                 let more = if refines.tolerance == 0.0 { SOME } else { share as f32 };
+                if more == 0.0 {
+                    continue;
+                }
                 errors[at] = (errors[at] + more).min(1.0);
                 events.extend([edge.top.y, edge.bottom.y].map(|y| (pixel, y)));
                 let along = (edge.bottom.y - edge.top.y) / (edge.bottom.x - edge.top.x);
@@ -251,6 +257,18 @@ fn unmet(table: &FaceTable, face: &Face, plan: LinePlan) -> Option<f64> {
     let (top, bottom) = points.fold(ends, |(top, bottom), p| (top.min(p.y), bottom.max(p.y)));
     let is_met = plan.first_at_or_below(top) < plan.first_at_or_below(bottom);
     (!is_met).then_some(bottom - top)
+}
+
+/// How far from the raster's border an edge ends beyond the outermost line, the nearer of its ends.
+fn ends_beyond(edge: &Edge, image: &SpanImage) -> Option<f64> {
+    let (plan, height) = (image.plan(), f64::from(image.view().raster().height));
+    let (first, last) = (plan.y(0), height - plan.y(0));
+    let beyond = |y: f64| match y {
+        y if (0.0..first).contains(&y) => Some(y),
+        y if y > last && y <= height => Some(height - y),
+        _ => None,
+    };
+    beyond(edge.top.y).or_else(|| beyond(edge.bottom.y))
 }
 
 /// From which x to which an edge reaches between two heights.
