@@ -19,6 +19,7 @@ pub mod rule;
 mod stacks;
 mod stream;
 mod strip;
+mod unseen;
 
 pub use coverage::{Cover, Coverage};
 pub use filter::Filter;

@@ -32,7 +32,9 @@ pub enum Rule {
     /// line's strip, so that edges are straight at any scale.
     Sloped(u32),
     /// `Adaptive(n, tolerance)`: as `Sloped(n)`, but pixels whose coverage may be off by more than the
-    /// tolerance, 0 to 1, are solved again between the lines.
+    /// tolerance, 0 to 1, are solved again between the lines. If the image, or one that was merged into
+    /// it, was [written](crate::span::SpanWriter) line by line, nothing can be: it is `Sloped(n)`, and
+    /// `aa_error` tells what is left.
     Adaptive(u32, f64),
     /// Every pixel in which something happens is solved again until nothing is left to find: areas to
     /// one part in a hundred thousand. Slow; what the others are measured against. Only where three faces

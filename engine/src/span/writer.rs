@@ -15,6 +15,9 @@ use crate::raster::{LinePlan, Rows};
 /// Builds a [`SpanImage`] from any program's visible or *candidate* segments: where several cover a
 /// cell, the winner rule of [`order`](super::order) decides, as in a merge.
 ///
+/// Such an image holds its lines and no more: it cannot be [probed](super::probe), and rules that divide
+/// pixels leave it, and what it is merged into, as it is.
+///
 /// ```
 /// # use spandrel_engine::{camera::{Camera, Plane, View}, key::Key, raster::*, span::*};
 /// # use spandrel_engine::fragment::*;

@@ -1,0 +1,187 @@
+//! What lies in a row of pixels and no line has met.
+//!
+//! Candidates are all faces that reach into the row, seen or not. One is passed over in a pixel if it lies
+//! behind what is seen there. Of the others the edges tell two things: how much of the pixel may be
+//! theirs, and at which heights something may happen in it.
+
+use super::rule::Framing;
+use super::stacks::Stacks;
+use super::strip::Strip;
+use crate::raster::LinePlan;
+use crate::span::{Edge, Face, FaceId, FaceTable, Role, SpanImage};
+use crate::visible::probe::Index;
+
+/// The doubt that is cast on every pixel in which an edge lies, if none is tolerated.
+pub(super) const SOME: f32 = 1e-7;
+
+/// A row of pixels.
+pub(super) struct Row<'a> {
+    image: &'a SpanImage,
+    framing: &'a Framing,
+    strips: &'a [Strip],
+    stacks: &'a Stacks,
+    /// Its ends on the raster, in pixels from the top.
+    top: f64,
+    bottom: f64,
+}
+
+impl<'a> Row<'a> {
+    pub(super) fn new(
+        image: &'a SpanImage,
+        framing: &'a Framing,
+        row: u32,
+        strips: &'a [Strip],
+        stacks: &'a Stacks,
+    ) -> Row<'a> {
+        let at = |row: u32| (f64::from(row) - framing.pan.y) / framing.scale.y;
+        Row { image, framing, strips, stacks, top: at(row), bottom: at(row + 1) }
+    }
+
+    /// Casts doubt on the pixels in which faces may be seen that no line met; and, if nothing is
+    /// tolerated, on every pixel in which an edge may be seen. Returns pixels with the heights on the
+    /// raster at which the edges of such faces end or enter.
+    pub(super) fn events(
+        &self,
+        index: &Index,
+        tolerance: f64,
+        errors: &mut [f32],
+    ) -> Vec<(u32, f64)> {
+        let Row { image, framing, top, bottom, .. } = *self;
+        let height = image.view().raster().height;
+        let row_at = |y: f64| y.clamp(0.0, f64::from(height)) as u32;
+        let rows = row_at(top)..row_at(bottom.ceil());
+        let columns = f64::from(framing.columns.start)..f64::from(framing.columns.end);
+        let place = |x: f64| x * framing.scale.x + framing.pan.x;
+        // Beyond the outermost lines there is no other to disagree with.
+        let is_outermost = rows.start == 0 || rows.end == height;
+        let mut events = Vec::new();
+        // By pixel, the depth behind which nothing is seen; NaN where nobody looked yet.
+        let mut depths = vec![f64::NAN; errors.len()];
+        for id in index.faces(rows) {
+            let (source, face) = image.face(id);
+            let unmet = unmet(&source.faces, face, image.plan());
+            if tolerance > 0.0 && unmet.is_none() && !is_outermost {
+                continue;
+            }
+            for edge in source.faces.edges(face) {
+                let Some((left, right)) = reach(&edge, top, bottom) else { continue };
+                let (left, right) = (place(left), place(right));
+                if right < columns.start || left >= columns.end {
+                    continue;
+                }
+                let thickness = unmet.or_else(|| ends_beyond(&edge, image)).unwrap_or(0.0);
+                let part = (thickness / (bottom - top)).min(1.0);
+                let first = left.max(columns.start) as u32;
+                let last = right.min(columns.end - 1.0) as u32;
+                for pixel in first..=last {
+                    let x = f64::from(pixel);
+                    // Each edge counts half of what its face may hide.
+                    let width = right.min(x + 1.0) - left.max(x);
+                    let share = (width * part / 2.0) as f32;
+                    let doubt = if tolerance == 0.0 { SOME } else { share };
+                    if doubt == 0.0 {
+                        continue;
+                    }
+                    let at = (pixel - framing.columns.start) as usize;
+                    if depths[at].is_nan() {
+                        depths[at] = self.hides(pixel, tolerance == 0.0);
+                    }
+                    let nearest = self.corners(id, pixel).into_iter().fold(f64::MIN, f64::max);
+                    if nearest >= depths[at] {
+                        errors[at] = (errors[at] + doubt).min(1.0);
+                        events.extend(self.heights(&edge, pixel).map(|y| (pixel, y)));
+                    }
+                }
+            }
+        }
+        events
+    }
+
+    /// The sides of a pixel on the raster.
+    fn sides(&self, pixel: u32) -> [f64; 2] {
+        [pixel, pixel + 1].map(|x| (f64::from(x) - self.framing.pan.x) / self.framing.scale.x)
+    }
+
+    /// The depths of a face's plane at the corners of a pixel.
+    fn corners(&self, id: FaceId, pixel: u32) -> [f64; 4] {
+        let plane = self.image.face(id).1.plane;
+        let [left, right] = self.sides(pixel);
+        let corners =
+            [(left, self.top), (left, self.bottom), (right, self.top), (right, self.bottom)];
+        corners.map(|(x, y)| plane.depth(x, y))
+    }
+
+    /// The depth behind which nothing is seen in a pixel: of the farthest face that lines show; or,
+    /// strictly, as there may be gaps between the lines, of one that covers all of it.
+    fn hides(&self, pixel: u32, strictly: bool) -> f64 {
+        let farthest = |id: Option<FaceId>| match id {
+            Some(id) => self.corners(id, pixel).into_iter().fold(f64::INFINITY, f64::min),
+            None => f64::NEG_INFINITY,
+        };
+        let x = f64::from(pixel);
+        let opaque = |id: &FaceId| self.stacks.members(id).last().copied();
+        let mut seen = self.strips.iter().flat_map(|strip| strip.faces_at(x)).map(opaque);
+        if strictly {
+            let sides = self.sides(pixel);
+            let covers = |id: &Option<FaceId>| {
+                id.is_some_and(|id| covers(self.image, id, sides, self.top, self.bottom))
+            };
+            seen.find(covers).map_or(f64::NEG_INFINITY, farthest)
+        } else {
+            seen.map(farthest).fold(f64::INFINITY, f64::min)
+        }
+    }
+
+    /// The heights within the row at which an edge ends, or enters a pixel from the side.
+    fn heights(&self, edge: &Edge, pixel: u32) -> impl Iterator<Item = f64> + use<> {
+        let (edge, top, bottom) = (*edge, self.top, self.bottom);
+        let along = (edge.bottom.y - edge.top.y) / (edge.bottom.x - edge.top.x);
+        let enters = self.sides(pixel).map(|side| edge.top.y + (side - edge.top.x) * along);
+        let is_on = move |y: &f64| *y > edge.top.y && *y < edge.bottom.y;
+        let all = [edge.top.y, edge.bottom.y].into_iter().chain(enters.into_iter().filter(is_on));
+        all.filter(move |y| *y > top && *y < bottom)
+    }
+}
+
+/// Whether a face that is seen in a part of the raster has no edge in it.
+fn covers(image: &SpanImage, id: FaceId, sides: [f64; 2], top: f64, bottom: f64) -> bool {
+    let (source, face) = image.face(id);
+    let is_in = |edge: Edge| {
+        reach(&edge, top, bottom).is_some_and(|(left, right)| left < sides[1] && right > sides[0])
+    };
+    let is_plain = face.role == Role::Face && !face.is_translucent;
+    is_plain && !source.faces.edges(face).any(is_in)
+}
+
+/// The height of a face that no line of a plan meets; `None` if one does.
+fn unmet(table: &FaceTable, face: &Face, plan: LinePlan) -> Option<f64> {
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let points = table.rings(face).flat_map(|ring| ring.points());
+    let (top, bottom) = points.fold(ends, |(top, bottom), p| (top.min(p.y), bottom.max(p.y)));
+    let is_met = plan.first_at_or_below(top) < plan.first_at_or_below(bottom);
+    (!is_met).then_some(bottom - top)
+}
+
+/// How far from the raster's border an edge ends beyond the outermost line, the nearer of its ends.
+fn ends_beyond(edge: &Edge, image: &SpanImage) -> Option<f64> {
+    let (plan, height) = (image.plan(), f64::from(image.view().raster().height));
+    let (first, last) = (plan.y(0), height - plan.y(0));
+    let beyond = |y: f64| match y {
+        y if (0.0..first).contains(&y) => Some(y),
+        y if y > last && y <= height => Some(height - y),
+        _ => None,
+    };
+    beyond(edge.top.y).or_else(|| beyond(edge.bottom.y))
+}
+
+/// From which x to which an edge reaches between two heights.
+fn reach(edge: &Edge, top: f64, bottom: f64) -> Option<(f64, f64)> {
+    if edge.bottom.y < top || edge.top.y > bottom {
+        return None;
+    }
+    let (p, q) = match edge.top.y == edge.bottom.y {
+        true => (edge.top.x, edge.bottom.x),
+        false => (edge.x_at(top.max(edge.top.y)), edge.x_at(bottom.min(edge.bottom.y))),
+    };
+    Some((p.min(q), p.max(q)))
+}
