@@ -173,14 +173,14 @@ impl<'a> Coverage<'a> {
         strip.begin(share.weight, image.plan().y(k), FaceId::NONE);
         strip.top.push(0.0);
         strip.bottom.push(0.0);
-        // Where it has stacks, the line is one of theirs; they are asked again what its ids mean.
-        let line = stacks.spans(image, k).to_vec();
+        stacks.prepare(image, k);
+        let line = stacks.spans(image, k);
         match rule {
             Rule::Sampled(..) => {
                 strip.top.extend(line[1..].iter().map(|span| raster.pixels(span.x)));
                 strip.bottom.extend_from_slice(&strip.top[2..]);
             }
-            _ => boundaries.of_line(k, &line, stacks, &mut strip.top, &mut strip.bottom),
+            _ => boundaries.of_line(k, line, stacks, &mut strip.top, &mut strip.bottom),
         }
         strip.faces.extend(line.iter().map(|span| span.face));
         strip.top.push(f64::from(raster.width));

@@ -121,6 +121,7 @@ impl<'a> Refiner<'a> {
                     let weight = (part.bottom - part.top) / whole;
                     let mut strip = Strip::default();
                     if inside.contains(&y) {
+                        stacks.prepare(&made, k);
                         let line = within(stacks.spans(&made, k), &work.cells);
                         k += 1;
                         self.fill(&mut strip, part, weight, &line, stacks);

@@ -51,12 +51,17 @@ impl Stacks {
         }
     }
 
-    /// The spans of a line, of faces and stacks, which get ids here. `image` is the one that these
-    /// stacks are of, or the same on [probes](crate::span::Probe).
-    pub(super) fn spans<'s>(&'s mut self, image: &'s SpanImage, k: u32) -> &'s [Span] {
+    /// The spans of a line, of faces and stacks. It must be the one that was prepared last.
+    pub(super) fn spans<'s>(&'s self, image: &'s SpanImage, k: u32) -> &'s [Span] {
+        if image.layers().line(k).is_empty() { image.lines().line(k) } else { &self.line }
+    }
+
+    /// Finds the stacks of a line, and gives them ids. `image` is the one that these stacks are of, or
+    /// the same on [probes](crate::span::Probe).
+    pub(super) fn prepare(&mut self, image: &SpanImage, k: u32) {
         let layers = image.layers().line(k);
         if layers.is_empty() {
-            return image.lines().line(k);
+            return;
         }
         let Stacks { first, known, ids, line } = self;
         line.clear();
@@ -76,6 +81,5 @@ impl Stacks {
             };
             crate::span::line::push(line, 0, cells.start, face);
         });
-        line
     }
 }
