@@ -79,6 +79,14 @@ fn faults_say_where_they_are_and_what_helps() {
     assert!(faults(&near)[0].is_input);
     let lost = nodes("\"r\": ReadScene(file: \"tests/graf.rs\")");
     fault(&lost, "\"tests/graf.rs\"", &["no file", "did you mean \"graph.rs\""]);
+    let picture = |fields| {
+        let town = "\"eye\": Camera(), \"s\": Scanline(scene: \"tests/graph.rs\", camera: \"eye\")";
+        nodes(&format!("{town}, \"p\": Resolve(image: \"s\", {fields})"))
+    };
+    let filtered = picture("lines: Adaptive(4, 0.1), filter: Tent");
+    fault(&filtered, "Tent", &["filter Box only", "use Sloped"]);
+    fault(&picture("lines: Adaptive(4, -1)"), "Adaptive(4, -1)", &["tolerance", "0 to 1"]);
+    fault(&picture("lines: Sloped(0)"), "Sloped(0)", &["1 to 1024"]);
     fault("Graph(version: 7, nodes: {})", "Graph", &["version 7"]);
 }
 

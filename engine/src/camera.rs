@@ -190,6 +190,13 @@ impl Plane {
         self.a * x + self.b * y + self.c
     }
 
+    /// The least and the greatest depth over a rectangle, given by its sides and its ends in pixels.
+    pub fn range(&self, x: [f64; 2], y: [f64; 2]) -> (f64, f64) {
+        let corners = x.into_iter().flat_map(|x| y.map(|y| self.depth(x, y)));
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        corners.fold(ends, |(least, most), depth| (least.min(depth), most.max(depth)))
+    }
+
     /// A plane that faces the viewer at one depth everywhere.
     pub fn constant(depth: f64) -> Plane {
         Plane { a: 0.0, b: 0.0, c: depth }

@@ -121,16 +121,12 @@ impl<'a> Doubt<'a> {
                 pixel = run as u32;
                 continue;
             }
-            let all: Vec<&Strip> = beside[0]
-                .iter()
-                .map(|strip| &**strip)
-                .chain(strips.iter())
-                .chain(beside[1].iter().map(|strip| &**strip))
-                .collect();
-            let apart = |pair: &[&Strip]| {
-                pair[0].apart(pair[1], x) * (pair[0].weight + pair[1].weight) / 4.0
+            let [above, below] = beside.each_ref().map(|strip| strip.as_deref());
+            let all = above.into_iter().chain(strips.iter()).chain(below);
+            let apart = |(above, below): (&Strip, &Strip)| {
+                above.apart(below, x) * (above.weight + below.weight) / 4.0
             };
-            let error = all.windows(2).map(apart).sum::<f64>() as f32;
+            let error = all.clone().zip(all.skip(1)).map(apart).sum::<f64>() as f32;
             let error = if needs_all { error.max(unseen::SOME) } else { error };
             self.errors[(pixel - columns.start) as usize] = error.min(1.0);
             pixel += 1;

@@ -92,12 +92,7 @@ pub fn resolve(
     if needed.start < held.start || needed.end > held.end {
         return Err(Error::invalid(format!("rows {needed:?} are needed, the image has {held:?}")));
     }
-    if rule.tolerance().is_some() && framing.filter != Filter::Box {
-        return Err(Error::invalid(format!(
-            "{rule:?} with the filter {:?}: pixels are divided for the filter Box only; use Sloped with more lines",
-            framing.filter
-        )));
-    }
+    rule.check_filter(framing.filter)?;
     let index = rule.tolerance().map(|_| Index::new(image));
     let window = Window {
         x: framing.columns.start,

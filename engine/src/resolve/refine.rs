@@ -92,9 +92,10 @@ impl<'a> Refiner<'a> {
             .map(|(pixel, cuts)| {
                 let x = f64::from(pixel);
                 let mut parts = Vec::new();
+                let finest = if cuts.len() > MOST { 1.0 / MOST as f64 } else { CONTENT };
                 for ends in ends.windows(2) {
                     let part = Part { top: ends[0], bottom: ends[1], strip: None };
-                    part.cut(&cuts, whole * CONTENT, &mut parts);
+                    part.cut(&cuts, whole * finest, &mut parts);
                 }
                 let [above, below] = beside.map(|strip| strip.map(|strip| strip.pixel(x)));
                 Work { pixel, cells: self.cells(pixel), parts, above, below, error: 0.0 }
@@ -156,17 +157,17 @@ impl<'a> Refiner<'a> {
         let x = f64::from(work.pixel);
         let strips: Vec<&Strip> =
             work.parts.iter().filter_map(|part| part.strip.as_ref()).collect();
-        // By part: what its upper and its lower neighbour and its own boundaries leave in doubt.
-        let apart = |i: usize, to: Option<&Strip>| {
-            to.map_or(0.0, |to| strips[i].apart(to, x) * strips[i].weight / 4.0)
+        // By part: what it and its upper and its lower neighbour leave in doubt.
+        let all = work.above.iter().chain(strips.iter().copied()).chain(&work.below);
+        let borders = all.clone().zip(all.skip(1));
+        let mut apart = borders.map(|(above, below)| above.apart(below, x));
+        let mut above = if work.above.is_some() { apart.next().unwrap_or(0.0) } else { 0.0 };
+        let doubt = |strip: &&Strip| {
+            let below = apart.next().unwrap_or(0.0);
+            let ends = [std::mem::replace(&mut above, below), below];
+            ends.map(|apart| apart * strip.weight / 4.0)
         };
-        let mut doubts = vec![[0.0; 2]; strips.len()];
-        for i in 0..strips.len() {
-            let above = if i == 0 { work.above.as_ref() } else { Some(strips[i - 1]) };
-            let below = strips.get(i + 1).copied().or(work.below.as_ref());
-            let before = |above: &Strip| above.apart(strips[i], x) * strips[i].weight / 4.0;
-            doubts[i] = [above.map_or(0.0, before), apart(i, below)];
-        }
+        let doubts: Vec<[f64; 2]> = strips.iter().map(doubt).collect();
         let mut error: f64 = doubts.iter().flatten().sum();
         let meets: Vec<Option<f64>> = strips.iter().map(|strip| strip.meet(x)).collect();
         let crossing = meets.iter().zip(&strips).filter(|(meet, _)| meet.is_some());

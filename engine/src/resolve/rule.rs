@@ -82,6 +82,19 @@ impl Rule {
         }
     }
 
+    /// Whether the rule can be used with a filter.
+    ///
+    /// # Errors
+    /// If it divides pixels and the filter reaches beyond them.
+    pub fn check_filter(self, filter: Filter) -> Result<()> {
+        if self.tolerance().is_none() || filter == Filter::Box {
+            return Ok(());
+        }
+        Err(Error::invalid(format!(
+            "{filter:?} with {self:?}: pixels are divided for the filter Box only; use Sloped with more lines"
+        )))
+    }
+
     /// By how much a pixel's coverage may be off before it is solved again; `None` if none ever is.
     pub fn tolerance(self) -> Option<f64> {
         match self {

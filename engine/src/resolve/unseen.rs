@@ -56,7 +56,7 @@ impl<'a> Row<'a> {
         let is_outermost = rows.start == 0 || rows.end == height;
         let mut events = Vec::new();
         // By pixel, the depth behind which nothing is seen; NaN where nobody looked yet.
-        let mut depths = vec![f64::NAN; errors.len()];
+        let mut hidden = vec![f64::NAN; errors.len()];
         for id in index.faces(rows) {
             let (source, face) = image.face(id);
             let unmet = unmet(&source.faces, face, image.plan());
@@ -64,7 +64,7 @@ impl<'a> Row<'a> {
                 continue;
             }
             for edge in source.faces.edges(face) {
-                let Some((left, right)) = reach(&edge, top, bottom) else { continue };
+                let Some((left, right)) = edge.reach(top, bottom) else { continue };
                 let (left, right) = (place(left), place(right));
                 if right < columns.start || left >= columns.end {
                     continue;
@@ -83,11 +83,10 @@ impl<'a> Row<'a> {
                         continue;
                     }
                     let at = (pixel - framing.columns.start) as usize;
-                    if depths[at].is_nan() {
-                        depths[at] = self.hides(pixel, tolerance == 0.0);
+                    if hidden[at].is_nan() {
+                        hidden[at] = self.hides(pixel, tolerance == 0.0);
                     }
-                    let nearest = self.corners(id, pixel).into_iter().fold(f64::MIN, f64::max);
-                    if nearest >= depths[at] {
+                    if self.depths(id, pixel).1 >= hidden[at] {
                         errors[at] = (errors[at] + doubt).min(1.0);
                         events.extend(self.heights(&edge, pixel).map(|y| (pixel, y)));
                     }
@@ -102,22 +101,16 @@ impl<'a> Row<'a> {
         [pixel, pixel + 1].map(|x| (f64::from(x) - self.framing.pan.x) / self.framing.scale.x)
     }
 
-    /// The depths of a face's plane at the corners of a pixel.
-    fn corners(&self, id: FaceId, pixel: u32) -> [f64; 4] {
-        let plane = self.image.face(id).1.plane;
-        let [left, right] = self.sides(pixel);
-        let corners =
-            [(left, self.top), (left, self.bottom), (right, self.top), (right, self.bottom)];
-        corners.map(|(x, y)| plane.depth(x, y))
+    /// The least and the greatest depth of a face's plane over a pixel.
+    fn depths(&self, id: FaceId, pixel: u32) -> (f64, f64) {
+        self.image.face(id).1.plane.range(self.sides(pixel), [self.top, self.bottom])
     }
 
     /// The depth behind which nothing is seen in a pixel: of the farthest face that lines show; or,
     /// strictly, as there may be gaps between the lines, of one that covers all of it.
     fn hides(&self, pixel: u32, strictly: bool) -> f64 {
-        let farthest = |id: Option<FaceId>| match id {
-            Some(id) => self.corners(id, pixel).into_iter().fold(f64::INFINITY, f64::min),
-            None => f64::NEG_INFINITY,
-        };
+        let farthest =
+            |id: Option<FaceId>| id.map_or(f64::NEG_INFINITY, |id| self.depths(id, pixel).0);
         let x = f64::from(pixel);
         let opaque = |id: &FaceId| self.stacks.members(id).last().copied();
         let mut seen = self.strips.iter().flat_map(|strip| strip.faces_at(x)).map(opaque);
@@ -147,7 +140,8 @@ impl<'a> Row<'a> {
 fn covers(image: &SpanImage, id: FaceId, sides: [f64; 2], top: f64, bottom: f64) -> bool {
     let (source, face) = image.face(id);
     let is_in = |edge: Edge| {
-        reach(&edge, top, bottom).is_some_and(|(left, right)| left < sides[1] && right > sides[0])
+        let reach = edge.reach(top, bottom);
+        reach.is_some_and(|(left, right)| left < sides[1] && right > sides[0])
     };
     let is_plain = face.role == Role::Face && !face.is_translucent;
     is_plain && !source.faces.edges(face).any(is_in)
@@ -155,9 +149,7 @@ fn covers(image: &SpanImage, id: FaceId, sides: [f64; 2], top: f64, bottom: f64)
 
 /// The height of a face that no line of a plan meets; `None` if one does.
 fn unmet(table: &FaceTable, face: &Face, plan: LinePlan) -> Option<f64> {
-    let ends = (f64::INFINITY, f64::NEG_INFINITY);
-    let points = table.rings(face).flat_map(|ring| ring.points());
-    let (top, bottom) = points.fold(ends, |(top, bottom), p| (top.min(p.y), bottom.max(p.y)));
+    let (top, bottom) = table.extent(face);
     let is_met = plan.first_at_or_below(top) < plan.first_at_or_below(bottom);
     (!is_met).then_some(bottom - top)
 }
@@ -172,16 +164,4 @@ fn ends_beyond(edge: &Edge, image: &SpanImage) -> Option<f64> {
         _ => None,
     };
     beyond(edge.top.y).or_else(|| beyond(edge.bottom.y))
-}
-
-/// From which x to which an edge reaches between two heights.
-fn reach(edge: &Edge, top: f64, bottom: f64) -> Option<(f64, f64)> {
-    if edge.bottom.y < top || edge.top.y > bottom {
-        return None;
-    }
-    let (p, q) = match edge.top.y == edge.bottom.y {
-        true => (edge.top.x, edge.bottom.x),
-        false => (edge.x_at(top.max(edge.top.y)), edge.x_at(bottom.min(edge.bottom.y))),
-    };
-    Some((p.min(q), p.max(q)))
 }

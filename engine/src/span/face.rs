@@ -109,6 +109,18 @@ impl Edge {
         (self.bottom.x - self.top.x) / (self.bottom.y - self.top.y)
     }
 
+    /// From which x to which it reaches between two heights; `None` if it lies above or below them.
+    pub fn reach(&self, top: f64, bottom: f64) -> Option<(f64, f64)> {
+        if self.bottom.y < top || self.top.y > bottom {
+            return None;
+        }
+        let (p, q) = match self.top.y == self.bottom.y {
+            true => (self.top.x, self.bottom.x),
+            false => (self.x_at(top.max(self.top.y)), self.x_at(bottom.min(self.bottom.y))),
+        };
+        Some((p.min(q), p.max(q)))
+    }
+
     /// Where it crosses the line at `y`, never outside its own ends.
     #[inline(always)]
     pub fn x_at(&self, y: f64) -> f64 {
@@ -149,6 +161,16 @@ impl FaceTable {
     /// The edges of a face's rings that cross the line at `y`.
     pub fn crossing<'a>(&'a self, face: &Face, y: f64) -> impl Iterator<Item = Edge> + 'a {
         self.rings(face).flat_map(move |ring| ring.crossing(y))
+    }
+
+    /// From which height to which a face reaches, in pixels.
+    pub fn extent(&self, face: &Face) -> (f64, f64) {
+        let (mut top, mut bottom) = (f64::INFINITY, f64::NEG_INFINITY);
+        for point in self.rings(face).flat_map(|ring| ring.points()) {
+            top = top.min(point.y);
+            bottom = bottom.max(point.y);
+        }
+        (top, bottom)
     }
 
     /// How many corners a face has, in all its rings.

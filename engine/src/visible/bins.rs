@@ -49,7 +49,7 @@ impl Bins {
             .flat_map(|(source, known)| {
                 let table = &*known.faces;
                 let entry = |(place, face): (usize, &Face)| {
-                    let (top, bottom) = extent(table, face);
+                    let (top, bottom) = table.extent(face);
                     let id = frame.id(source, place);
                     (bands(top, bottom), Entry::new(table, face, id, frame))
                 };
@@ -98,16 +98,6 @@ impl Bins {
         let number = number as usize;
         &self.entries[self.starts[number]..self.starts[number + 1]]
     }
-}
-
-/// From which height to which a face reaches.
-fn extent(table: &FaceTable, face: &Face) -> (f64, f64) {
-    let (mut top, mut bottom) = (f64::INFINITY, f64::NEG_INFINITY);
-    for point in table.rings(face).flat_map(|ring| ring.points()) {
-        top = top.min(point.y);
-        bottom = bottom.max(point.y);
-    }
-    (top, bottom)
 }
 
 impl Entry {

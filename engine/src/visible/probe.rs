@@ -12,7 +12,8 @@ use std::sync::Arc;
 use super::band::{self, Limits};
 use super::bins::{Bins, Entry};
 use crate::raster::{MAX_SIDE, Raster};
-use crate::span::{FaceId, Layers, Lines, Probe, Role, Segment, Span, SpanImage, layer, line};
+use crate::span::{Edge, FaceId, Layers, Lines, Probe, Role, Segment, Span, SpanImage};
+use crate::span::{layer, line};
 
 /// The faces of an image's sources by row of the raster.
 #[derive(Debug)]
@@ -24,7 +25,7 @@ pub struct Index {
 struct Area {
     cells: Range<u32>,
     /// Its upper and its lower end in pixels from the top.
-    y: (f64, f64),
+    y: [f64; 2],
 }
 
 impl Index {
@@ -44,42 +45,26 @@ impl Index {
         Index { rows: Bins::new(image, height as usize, |_| true, rows) }
     }
 
-    /// For each area the faces that may be seen in it, translucent ones too. Areas need not be apart, but
-    /// must be sorted by their first cell.
-    fn candidates(&self, image: &SpanImage, areas: &[Area]) -> Vec<Vec<FaceId>> {
+    /// For each area of a row the faces that may be seen in it, translucent ones too. Areas need not be
+    /// apart, but must be sorted by their first cell.
+    fn candidates(&self, image: &SpanImage, row: u32, areas: &[Area]) -> Vec<Vec<FaceId>> {
         let raster = image.view().raster();
         let mut found: Vec<Vec<Entry>> = vec![Vec::new(); areas.len()];
-        let rows = areas.iter().fold((u32::MAX, 0), |(first, last), area| {
-            let row = |y: f64| y.clamp(0.0, f64::from(raster.height - 1)) as u32;
-            (first.min(row(area.y.0)), last.max(row(area.y.1) + 1))
-        });
-        let widest = areas.iter().map(|area| area.cells.end - area.cells.start).max().unwrap_or(0);
-        for row in rows.0..rows.1 {
-            for entry in self.rows.band(row) {
-                let first = u32::from(entry.columns.0) << raster.fraction_bits();
-                let end = (u64::from(entry.columns.1) + 1) << raster.fraction_bits();
-                let from = areas.partition_point(|area| {
-                    u64::from(area.cells.start) + u64::from(widest) <= u64::from(first)
-                });
-                for (area, found) in areas.iter().zip(&mut found).skip(from) {
-                    if u64::from(area.cells.start) >= end {
-                        break;
-                    }
-                    if area.cells.end > first {
-                        found.push(*entry);
-                    }
+        let widest = areas.iter().map(|area| area.cells.len() as u64).max().unwrap_or(0);
+        for entry in self.rows.band(row) {
+            let first = u64::from(entry.columns.0) << raster.fraction_bits();
+            let end = (u64::from(entry.columns.1) + 1) << raster.fraction_bits();
+            let from = areas.partition_point(|area| u64::from(area.cells.start) + widest <= first);
+            for (area, found) in areas.iter().zip(&mut found).skip(from) {
+                if u64::from(area.cells.start) >= end {
+                    break;
+                }
+                if u64::from(area.cells.end) > first {
+                    found.push(*entry);
                 }
             }
         }
-        let several = rows.1 > rows.0 + 1;
-        let each = areas.iter().zip(found).map(|(area, mut faces)| {
-            if several {
-                faces.sort_unstable_by_key(|entry| entry.face);
-                faces.dedup_by_key(|entry| entry.face);
-            }
-            nearest(image, area, faces)
-        });
-        each.collect()
+        areas.iter().zip(found).map(|(area, faces)| nearest(image, area, faces)).collect()
     }
 }
 
@@ -87,7 +72,9 @@ impl Index {
 fn nearest(image: &SpanImage, area: &Area, mut faces: Vec<Entry>) -> Vec<FaceId> {
     faces.sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest));
     let raster = image.view().raster();
-    let (left, right) = (raster.pixels(area.cells.start), raster.pixels(area.cells.end));
+    let x = [raster.pixels(area.cells.start), raster.pixels(area.cells.end)];
+    let middle = ((x[0] + x[1]) / 2.0, (area.y[0] + area.y[1]) / 2.0);
+    let is_open = Limits::new(image.view()).are_open();
     let mut kept: Vec<(FaceId, f64)> = Vec::new();
     let mut bound = f64::NEG_INFINITY;
     for entry in faces {
@@ -96,51 +83,36 @@ fn nearest(image: &SpanImage, area: &Area, mut faces: Vec<Entry>) -> Vec<FaceId>
         }
         let (source, face) = image.face(entry.face);
         let plane = face.plane;
-        let corners = [(left, area.y.0), (right, area.y.0), (left, area.y.1), (right, area.y.1)];
-        let depths = corners.map(|(x, y)| plane.depth(x, y));
-        let size = plane.a.abs() * right + plane.b.abs() * area.y.1.abs() + plane.c.abs();
+        let size = plane.a.abs() * x[1] + plane.b.abs() * area.y[1].abs() + plane.c.abs();
         let doubt = size * 1e-13 + plane.a.abs() / raster.cells_per_pixel();
-        let near = depths.into_iter().fold(f64::NEG_INFINITY, f64::max) + doubt;
-        if near < bound {
+        let (least, most) = plane.range(x, area.y);
+        if most + doubt < bound {
             continue;
         }
-        kept.push((entry.face, near));
-        if !face.is_translucent && face.role == Role::Face {
-            let table = &source.faces;
-            let is_clear = || table.edges(face).all(|edge| !meets(&edge, area, left, right));
-            let middle = (area.y.0 + area.y.1) / 2.0;
-            let is_inside = || {
-                let centre = (left + right) / 2.0;
-                let crossings = table.crossing(face, middle);
-                crossings.filter(|edge| edge.x_at(middle) > centre).count() % 2 == 1
+        kept.push((entry.face, most + doubt));
+        if is_open && !face.is_translucent && face.role == Role::Face {
+            // Boundaries are rounded to cells.
+            let near = 1e-4;
+            let meets = |edge: Edge| {
+                let reach = edge.reach(area.y[0], area.y[1]);
+                reach.is_some_and(|(left, right)| left <= x[1] + near && right >= x[0] - near)
             };
-            if is_clear() && is_inside() && Limits::new(image.view()).are_open() {
-                bound = bound.max(depths.into_iter().fold(f64::INFINITY, f64::min) - doubt);
+            let is_right = |edge: &Edge| edge.x_at(middle.1) > middle.0;
+            let is_inside =
+                || source.faces.crossing(face, middle.1).filter(is_right).count() % 2 == 1;
+            if !source.faces.edges(face).any(meets) && is_inside() {
+                bound = bound.max(least - doubt);
             }
         }
     }
     kept.into_iter().filter(|(_, near)| *near >= bound).map(|(id, _)| id).collect()
 }
 
-/// Whether an edge may reach into an area.
-fn meets(edge: &crate::span::Edge, area: &Area, left: f64, right: f64) -> bool {
-    if edge.bottom.y < area.y.0 || edge.top.y > area.y.1 {
-        return false;
-    }
-    let (top, bottom) = (area.y.0.max(edge.top.y), area.y.1.min(edge.bottom.y));
-    let (from, to) = match edge.top.y == edge.bottom.y {
-        true => (edge.top.x, edge.bottom.x),
-        false => (edge.x_at(top), edge.x_at(bottom)),
-    };
-    // Boundaries are rounded to cells.
-    let doubt = 1e-4;
-    from.min(to) <= right + doubt && from.max(to) >= left - doubt
-}
-
 /// Solves probes of a frame.
 pub(super) fn solve(frame: &SpanImage, index: &Index, probes: &Arc<[Probe]>) -> SpanImage {
     // Neighbours in a row over the same cells are one window.
-    let row = |probe: &Probe| probe.y.floor();
+    let last = frame.view().raster().height - 1;
+    let row = |probe: &Probe| (probe.y.max(0.0) as u32).min(last);
     let windows: Vec<Range<usize>> = probes
         .chunk_by(|a, b| a.cells == b.cells && row(a) == row(b))
         .scan(0, |first, chunk| {
@@ -152,13 +124,13 @@ pub(super) fn solve(frame: &SpanImage, index: &Index, probes: &Arc<[Probe]>) -> 
     let mut order: Vec<usize> = (0..windows.len()).collect();
     let key = |window: &usize| {
         let probe = &probes[windows[*window].start];
-        (row(probe) as i64, probe.cells.start)
+        (row(probe), probe.cells.start)
     };
     order.sort_by_key(key);
     let area = |window: &usize| {
         let probes = &probes[windows[*window].clone()];
-        let ends = |(low, high): (f64, f64), probe: &Probe| (low.min(probe.y), high.max(probe.y));
-        let y = probes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), ends);
+        let ends = |[low, high]: [f64; 2], probe: &Probe| [low.min(probe.y), high.max(probe.y)];
+        let y = probes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
         Area { cells: probes[0].cells.clone(), y }
     };
     let rows: Vec<&[usize]> = order.chunk_by(|a, b| key(a).0 == key(b).0).collect();
@@ -167,7 +139,7 @@ pub(super) fn solve(frame: &SpanImage, index: &Index, probes: &Arc<[Probe]>) -> 
         .into_par_iter()
         .flat_map_iter(|row| {
             let areas: Vec<Area> = row.iter().map(area).collect();
-            let found = index.candidates(frame, &areas);
+            let found = index.candidates(frame, key(&row[0]).0, &areas);
             let each = row.iter().zip(found).map(|(window, faces)| {
                 let probes = &probes[windows[*window].clone()];
                 (*window, probes.iter().map(|probe| solver.line(probe, &faces)).collect())

@@ -83,6 +83,7 @@ impl Node for Resolve {
         let at = |field| move |e: spandrel_engine::Error| FieldError::new(field, e.to_string());
         let raster = Raster::new(self.size.0, self.size.1).map_err(at("size"))?;
         self.lines.plan().map_err(at("lines"))?;
+        self.lines.check_filter(self.filter).map_err(at("filter"))?;
         Framing::scaled(raster, DVec2::from(self.scale)).map_err(at("scale"))?;
         Ok(())
     }
