@@ -103,7 +103,7 @@ impl Value for LightSource {
     const NAME: &'static str = "Light";
 
     fn key(&self) -> Option<Key> {
-        Some(self.0.key())
+        Some(Key::of(&*self.0))
     }
 
     fn bytes(&self) -> usize {

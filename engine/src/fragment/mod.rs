@@ -20,7 +20,6 @@ use std::fmt::Debug;
 
 use crate::camera::View;
 use crate::color::Color;
-use crate::key::Key;
 
 /// A batch of fragments of one source, as a structure of arrays. A column that nobody asked for is
 /// empty; all others have [`len`](Fragments::len) entries.
@@ -131,10 +130,11 @@ pub trait Surfaces: Send + Sync + Debug {
 }
 
 /// A program over fragments: one entry of a source's shading stack.
+///
+/// A shader is what it is saved as: two that are saved alike shade alike, and a span file holds it in this
+/// form, under the name of its type. One that holds large data is saved as where to find it.
+#[typetag::serde]
 pub trait Shader: Send + Sync + Debug {
-    /// What the shader does, as a hash of its parameters: equal keys shade alike.
-    fn key(&self) -> Key;
-
     /// The columns that it reads.
     fn reads(&self) -> Columns;
 

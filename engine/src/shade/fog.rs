@@ -1,13 +1,14 @@
 //! Fog by depth, before resolve: right at edges, where fog on resolved pixels is wrong.
 
+use serde::{Deserialize, Serialize};
+
 use crate::color::Color;
 use crate::fragment::{Columns, Fragments, Shader};
-use crate::key::Key;
 use crate::math;
 
 /// Mixes surfaces with the fog's colour by the length of the way from the eye. \[N], "Shading effects":
 /// "fog effect can be calculated using only depths".
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Fog {
     /// Share of light lost per metre, 0 or more: after a way of 1 / density, 37 % are left.
     pub density: f32,
@@ -17,11 +18,8 @@ pub struct Fog {
     pub start: f32,
 }
 
+#[typetag::serde]
 impl Shader for Fog {
-    fn key(&self) -> Key {
-        Key::of(&("Fog", self.density, self.color, self.start))
-    }
-
     fn reads(&self) -> Columns {
         Columns::COLOR | Columns::DEPTH
     }

@@ -1,17 +1,17 @@
 //! Diffuse illumination by any number of lights.
 
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 use super::light::Light;
 use crate::color::Color;
 use crate::fragment::{Columns, Fragments, Shader};
-use crate::key::{Key, KeyHasher};
 
 /// Lights surfaces by Lambert's law: colour times the light received. Unlit surfaces stay as they are.
 ///
 /// Flat faces under parallel light have one intensity all over, \[N]'s stored intensity; on curved
 /// patches normals are interpolated.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Illuminate {
     /// The sources.
     pub lights: Vec<Arc<dyn Light>>,
@@ -22,16 +22,8 @@ pub struct Illuminate {
     pub ground: Color,
 }
 
+#[typetag::serde]
 impl Shader for Illuminate {
-    fn key(&self) -> Key {
-        let mut key = KeyHasher::new("Illuminate");
-        key.value(&(self.sky, self.ground));
-        self.lights.iter().for_each(|light| {
-            key.key(light.key());
-        });
-        key.finish()
-    }
-
     fn reads(&self) -> Columns {
         let lights = self.lights.iter().fold(Columns::COLOR, |all, light| all | light.reads());
         if self.sky == self.ground { lights } else { lights | Columns::NORMAL }

@@ -1,19 +1,17 @@
 //! Light sources.
 
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt::Debug;
 
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Fragments};
-use crate::key::Key;
 
-/// A light source: what it adds to fragments, each light by itself (\[N], "Illuminance calculation").
+/// A light source: what it adds to fragments, each light by itself (\[N], "Illuminance calculation"). It
+/// is what it is saved as, like a [`Shader`](crate::fragment::Shader).
+#[typetag::serde]
 pub trait Light: Send + Sync + Debug {
-    /// What the light is, as a hash of its parameters.
-    fn key(&self) -> Key;
-
     /// The columns that it reads.
     fn reads(&self) -> Columns;
 
@@ -23,7 +21,7 @@ pub trait Light: Send + Sync + Debug {
 }
 
 /// Light from infinitely far: the sun.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ParallelLight {
     direction: DVec3,
     color: Color,
@@ -45,11 +43,8 @@ impl ParallelLight {
     }
 }
 
+#[typetag::serde]
 impl Light for ParallelLight {
-    fn key(&self) -> Key {
-        Key::of(&("ParallelLight", self))
-    }
-
     fn reads(&self) -> Columns {
         Columns::NORMAL
     }

@@ -1,11 +1,12 @@
 //! Colour correction by fragment, before resolve: no fringe where an object ends.
 
+use serde::{Deserialize, Serialize};
+
 use crate::color::Color;
 use crate::fragment::{Columns, Fragments, Shader};
-use crate::key::Key;
 
 /// Changes colours: times `multiply`, plus `add`, towards grey or away from it by `saturation`.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Recolor {
     /// Factor of each component.
     pub multiply: Color,
@@ -15,11 +16,8 @@ pub struct Recolor {
     pub saturation: f32,
 }
 
+#[typetag::serde]
 impl Shader for Recolor {
-    fn key(&self) -> Key {
-        Key::of(&("Recolor", self.multiply, self.add, self.saturation))
-    }
-
     fn reads(&self) -> Columns {
         Columns::COLOR
     }

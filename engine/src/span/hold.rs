@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use super::layer::{self, Segment};
 use super::line::{self, Span};
-use super::{Again, FaceId, Layers, Lines, Source, SpanImage};
+use super::{Again, FaceId, Layers, Lines, Source, SpanImage, Union};
 use crate::error::Result;
 use crate::key::{Key, KeyHasher};
 
@@ -68,7 +68,9 @@ impl SpanImage {
         };
         let own = self.sources().iter().map(own).collect();
         let other = matte.sources().iter().map(other).collect();
-        let [this, matte] = SpanImage::in_one_frame([(self, own), (matte, other)])?;
+        self.check_mergeable(matte)?;
+        let union = Union::of(vec![own, other])?;
+        let (this, matte) = (union.bring(0, self), union.bring(1, matte));
         let cells = this.view().raster().cells();
         let all = this.lines().range();
         if keep == Keep::Inside {

@@ -4,10 +4,10 @@ use std::cmp::Ordering;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use super::layer::{self, Segment};
-use super::line::{self, Span};
+use super::layer::Segment;
+use super::line::Span;
 use super::per_line::PerLine;
-use super::{Again, Face, FaceId, OnLine, Probe, Source, Stage};
+use super::{Again, Face, FaceId, OnLine, Probe, Source, Stage, Union};
 use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, Result};
@@ -85,8 +85,8 @@ impl SpanImage {
     ) -> Result<SpanImage> {
         let lines = plan.lines(&rows);
         let empty = SpanImage::with_nothing(view, plan, rows, lines);
-        let sources = sources.into_iter().map(|source| vec![Arc::new(source)]).collect();
-        assemble(std::slice::from_ref(&empty), sources).map(|(frame, _)| frame)
+        let union = Union::of(vec![sources.into_iter().map(Arc::new).collect()])?;
+        Ok(union.frame(&empty))
     }
 
     /// The image with other lines and layers, whose ids are this one's. Layers must be visible, in
@@ -220,9 +220,13 @@ impl SpanImage {
     /// If the image has more faces than ids (2^32 - 1).
     pub(super) fn with_sources(&self, sources: Vec<Arc<Source>>) -> Result<SpanImage> {
         // New keys may order the sources anew; assembling puts ids right where they do.
-        let all = sources.iter().map(|source| vec![source.clone()]).collect();
-        let (image, _) = assemble(std::slice::from_ref(self), all)?;
+        let image = Union::of(vec![sources.clone()])?.bring(0, self);
         Ok(self.then(image, move |image| image.with_sources(sources.clone())))
+    }
+
+    /// The image with the sources that a [`Union`] made of its own.
+    pub(super) fn with_sources_of(&self, sources: Vec<Arc<Source>>, bases: Vec<u32>) -> SpanImage {
+        SpanImage { sources, bases, again: None, intensities: OnceLock::new(), ..self.clone() }
     }
 
     /// The image on other rows, with nothing on them.
@@ -232,81 +236,21 @@ impl SpanImage {
         SpanImage { sources: self.sources.clone(), bases: self.bases.clone(), ..nothing }
     }
 
-    /// Two images, each with replacements for its sources, such that ids mean the same in both.
-    ///
-    /// # Errors
-    /// If the images differ in camera, raster, line plan or rows, or have too many faces.
-    pub(super) fn in_one_frame(
-        images: [(&SpanImage, Vec<Arc<Source>>); 2],
-    ) -> Result<[SpanImage; 2]> {
-        images[0].0.check_mergeable(images[1].0)?;
-        let both = images.each_ref().map(|(image, _)| (*image).clone());
-        let sources = images.into_iter().flat_map(|(_, sources)| sources);
-        let (frame, places) = assemble(&both, sources.map(|source| vec![source]).collect())?;
-        let renamed = |i: usize| {
-            let (image, map): (&SpanImage, &Places) = (&both[i], &places[i]);
-            let lines =
-                Lines::compute(image.lines.range(), |k, out| out.extend(map.renamed(image, k)));
-            let layers = Layers::compute(image.layers.range(), |k, out| {
-                let start = out.len();
-                out.extend(map.renamed_layers(image, k));
-                layer::normalize(out, start);
-            });
-            frame.clone().with_lines(lines, layers)
-        };
-        Ok([renamed(0), renamed(1)])
-    }
-
     /// Merges images by depth: in every cell of every line the winner of all. Associative, commutative,
     /// idempotent, with the empty image as identity, bit for bit.
     ///
     /// # Errors
     /// If the images differ in camera, raster, line plan or rows, or there are none.
     pub fn merge(images: &[SpanImage]) -> Result<SpanImage> {
-        let Some((first, others)) = images.split_first() else {
-            return Err(Error::invalid("a merge needs at least one image"));
-        };
-        for other in others {
-            first.check_mergeable(other)?;
+        match images {
+            [] => Err(Error::invalid("a merge needs at least one image")),
+            [only] => Ok(only.clone()),
+            _ => Union::new(images)?.merge(images),
         }
-        if others.is_empty() {
-            return Ok(first.clone());
-        }
-        let all = images.iter().flat_map(|image| image.sources.iter().map(|s| vec![s.clone()]));
-        let (frame, places) = assemble(images, all.collect())?;
-        let cells = frame.view.raster().cells();
-        let lines = Lines::compute(frame.lines.range(), |k, out| {
-            let y = frame.y(k);
-            let on_line = |face| frame.on_line(face, y);
-            let layers: Vec<Vec<Span>> =
-                images.iter().zip(&places).map(|(image, map)| map.renamed(image, k)).collect();
-            merge_layers(&layers, cells, &on_line, out);
-        });
-        let again: Option<Vec<Again>> = images.iter().map(|image| image.again.clone()).collect();
-        let again = again.map(|all| {
-            Again::new(move |probes| {
-                let made = all.iter().map(|one| one.make(probes)).collect::<Result<Vec<_>>>()?;
-                SpanImage::merge(&made)
-            })
-        });
-        let merged = SpanImage { lines: Arc::new(lines), again, ..frame };
-        if images.iter().all(|image| image.layers.items().is_empty()) {
-            return Ok(merged);
-        }
-        let layers = Layers::compute(merged.lines.range(), |k, out| {
-            let y = merged.y(k);
-            let on_line = |face| merged.on_line(face, y);
-            let start = out.len();
-            for (image, map) in images.iter().zip(&places) {
-                let own: Vec<Segment> = map.renamed_layers(image, k).collect();
-                layer::clip(&own, merged.lines.line(k), cells, on_line, out);
-            }
-            layer::normalize(out, start);
-        });
-        Ok(SpanImage { layers: Arc::new(layers), ..merged })
     }
 
-    fn check_mergeable(&self, other: &SpanImage) -> Result<()> {
+    /// Whether two images show the same rows of the same picture.
+    pub(super) fn check_mergeable(&self, other: &SpanImage) -> Result<()> {
         let mismatch =
             |what, left: String, right: String| Err(Error::Mismatch { what, left, right });
         if self.view.raster() != other.view.raster() {
@@ -369,145 +313,4 @@ impl PartialEq for SpanImage {
             && self.lines == other.lines
             && self.layers == other.layers
     }
-}
-
-/// Merges any number of lines, halves first, so that no line is copied more than log K times.
-fn merge_layers(
-    layers: &[Vec<Span>],
-    cells: u32,
-    on_line: &impl Fn(FaceId) -> OnLine,
-    out: &mut Vec<Span>,
-) {
-    match layers {
-        [] => out.push(Span { x: 0, face: FaceId::NONE }),
-        [only] => out.extend_from_slice(only),
-        [a, b] => line::merge(a, b, cells, on_line, out),
-        _ => {
-            let (front, back) = layers.split_at(layers.len() / 2);
-            let (mut a, mut b) = (Vec::new(), Vec::new());
-            merge_layers(front, cells, on_line, &mut a);
-            merge_layers(back, cells, on_line, &mut b);
-            line::merge(&a, &b, cells, on_line, out);
-        }
-    }
-}
-
-/// Where the faces of an image stand in another: by source, the new id of its first face and, if its
-/// table was united with another, of each.
-struct Places(Vec<(u32, Option<Vec<u32>>)>);
-
-impl Places {
-    /// The new id of a face.
-    fn of(&self, image: &SpanImage, face: FaceId) -> FaceId {
-        let (source, place) = image.locate(face);
-        let (base, table) = &self.0[source];
-        FaceId(base + table.as_ref().map_or(place as u32, |table| table[place]))
-    }
-
-    fn renamed_layers<'s>(
-        &'s self,
-        image: &'s SpanImage,
-        k: u32,
-    ) -> impl Iterator<Item = Segment> + 's {
-        let rename = |segment: &Segment| Segment { face: self.of(image, segment.face), ..*segment };
-        image.layers.line(k).iter().map(rename)
-    }
-
-    fn renamed(&self, image: &SpanImage, k: u32) -> Vec<Span> {
-        let rename = |span: &Span| match span.face.is_some() {
-            true => Span { x: span.x, face: self.of(image, span.face) },
-            false => *span,
-        };
-        image.lines.line(k).iter().map(rename).collect()
-    }
-}
-
-/// Brings the sources of images into their order, without doubles, and the first image's lines to the
-/// new ids. `sources` lists a replacement for every source of every image in turn.
-fn assemble(
-    images: &[SpanImage],
-    sources: Vec<Vec<Arc<Source>>>,
-) -> Result<(SpanImage, Vec<Places>)> {
-    let mut slots: Vec<(usize, Arc<Source>)> = sources.into_iter().flatten().enumerate().collect();
-    let count = slots.len();
-    slots.sort_by(|a, b| a.1.order(&b.1).then(a.0.cmp(&b.0)));
-
-    // Unite the tables of equal sources; `tables[old]` tells where each face of a source went.
-    let mut united: Vec<Arc<Source>> = Vec::new();
-    let mut place_of: Vec<(usize, Option<Vec<u32>>)> = vec![(0, None); count];
-    let mut members: Vec<usize> = Vec::new();
-    for (old, source) in slots {
-        match united.last_mut().filter(|last| last.order(&source) == Ordering::Equal) {
-            Some(last) => {
-                let (both, [before, added]) = last.unite(&source)?;
-                if let Some(before) = before {
-                    for member in &members {
-                        let table = &mut place_of[*member].1;
-                        *table = Some(match table.take() {
-                            None => before.clone(),
-                            Some(old) => old.iter().map(|place| before[*place as usize]).collect(),
-                        });
-                    }
-                }
-                *last = Arc::new(both);
-                place_of[old].1 = added;
-                members.push(old);
-            }
-            None => {
-                united.push(source);
-                members = vec![old];
-            }
-        }
-        place_of[old].0 = united.len() - 1;
-    }
-
-    let mut bases = Vec::with_capacity(united.len());
-    let mut total = 0u64;
-    for source in &united {
-        bases.push(total as u32);
-        total += source.faces.faces().len() as u64;
-        if total >= u64::from(u32::MAX) {
-            return Err(Error::invalid("more than 2^32 faces in one image: merge fewer clusters"));
-        }
-    }
-
-    let mut place_of = place_of.into_iter();
-    let places: Vec<Places> = images
-        .iter()
-        .map(|image| {
-            let own = place_of.by_ref().take(image.sources.len());
-            Places(own.map(|(slot, table)| (bases[slot], table)).collect())
-        })
-        .collect();
-
-    let first = &images[0];
-    let stays = places[0]
-        .0
-        .iter()
-        .zip(&first.bases)
-        .all(|((base, table), old)| base == old && table.is_none());
-    let (lines, layers) = if stays || images.len() > 1 {
-        (first.lines.clone(), first.layers.clone())
-    } else {
-        let rename = |k, out: &mut Vec<Span>| out.extend(places[0].renamed(first, k));
-        let layers = Layers::compute(first.layers.range(), |k, out| {
-            let start = out.len();
-            out.extend(places[0].renamed_layers(first, k));
-            layer::normalize(out, start);
-        });
-        (Arc::new(Lines::compute(first.lines.range(), rename)), Arc::new(layers))
-    };
-    let frame = SpanImage {
-        view: first.view.clone(),
-        plan: first.plan,
-        rows: first.rows.clone(),
-        probes: first.probes.clone(),
-        again: None,
-        sources: united,
-        bases,
-        lines,
-        layers,
-        intensities: OnceLock::new(),
-    };
-    Ok((frame, places))
 }

@@ -6,7 +6,7 @@
 //!
 //! Reading path: [`order`] (which face is nearer), [`mod@line`] (a line and the merge of two), [`layer`]
 //! (translucent faces), [`face`] (planes and outlines), [`image`] (all lines of a picture, and the merge
-//! of pictures), [`probe`] (more lines, where they are wanted), [`writer`] (for renderers of other
+//! of pictures), [`union`] (ids that mean the same in several pictures), [`probe`] (more lines, where they are wanted), [`writer`] (for renderers of other
 //! people).
 
 pub mod edit;
@@ -19,6 +19,7 @@ pub mod order;
 pub mod per_line;
 pub mod probe;
 pub mod source;
+pub mod union;
 pub mod writer;
 
 pub use edit::DepthRange;
@@ -32,4 +33,5 @@ pub use per_line::PerLine;
 pub(crate) use probe::Again;
 pub use probe::Probe;
 pub use source::{Placement, Source, Stage};
+pub use union::Union;
 pub use writer::SpanWriter;

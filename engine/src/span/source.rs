@@ -36,7 +36,7 @@ pub struct Source {
 }
 
 /// An entry of a source's stack.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub enum Stage {
     /// A program runs over its fragments.
     Shade(Arc<dyn Shader>),
@@ -46,7 +46,7 @@ pub enum Stage {
 
 /// A move of faces: what is seen at (x, y, rho) is seen after it at
 /// (x + `x`, y + `y`, rho * `scale` + `offset`).
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Placement {
     /// To the right, in pixels.
     pub x: f64,
@@ -75,19 +75,10 @@ impl Placement {
     }
 }
 
-impl Stage {
-    fn key(&self) -> Key {
-        match self {
-            Stage::Shade(shader) => shader.key(),
-            Stage::Place(placement) => Key::of(placement),
-        }
-    }
-}
-
 impl Source {
     /// How two sources are ordered. `Equal` means that they are the same.
     pub fn order(&self, other: &Source) -> Ordering {
-        let stack = |source: &Source| source.stack.iter().map(|s| s.key()).collect::<Vec<_>>();
+        let stack = |source: &Source| source.stack.iter().map(Key::of).collect::<Vec<_>>();
         self.label
             .cmp(&other.label)
             .then(self.scene.cmp(&other.scene))

@@ -6,7 +6,6 @@ use spandrel_engine::Result;
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Columns, Fragments, Shader};
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::key::Key;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
 use std::sync::Arc;
@@ -44,15 +43,14 @@ impl Node for Contours {
     }
 
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
-        inputs.get(&self.image).shaded(Arc::new(self.clone()))
+        // What it is does not depend on where its image came from.
+        let shader = Contours { image: Link::default(), ..self.clone() };
+        inputs.get(&self.image).shaded(Arc::new(shader))
     }
 }
 
+#[typetag::serde]
 impl Shader for Contours {
-    fn key(&self) -> Key {
-        Key::of(&("studio.Contours", self.interval, self.width, self.color))
-    }
-
     fn reads(&self) -> Columns {
         Columns::COLOR | Columns::POSITION
     }
