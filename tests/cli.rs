@@ -305,6 +305,78 @@ fn pictures_are_compared_channel_by_channel() {
 }
 
 #[test]
+fn spans_are_written_merged_compared_and_read() {
+    let folder = Folder::new("spans");
+    let scene = "Scene(plans: [(name: \"p\", root: (shape: Sphere(radius: 0.8)))])";
+    std::fs::write(folder.0.join("ball.ron"), scene).unwrap();
+    let graph = r#"Graph(nodes: {
+        "eye": Camera(position: (2, 2, 5)),
+        "boxes": Scanline(scene: "box.ron", camera: "eye"),
+        "balls": Scanline(scene: "ball.ron", camera: "eye"),
+        "both": DepthMerge(inputs: ["boxes", "balls"]),
+        "sun": ParallelLight(direction: (-1, -2, -1)),
+        "lit": Illuminate(image: "both", lights: ["sun"]),
+        "picture": Resolve(image: "lit", size: (40, 30), lines: Sloped(2)),
+        "file": Write(image: "picture", path: "a.exr", bits: 32),
+        "spans": WriteSpans(image: "boxes", path: "boxes.span", size: (40, 30), lines: Sloped(2)),
+    })"#;
+    std::fs::write(folder.0.join("s.ron"), graph).unwrap();
+    assert_eq!(folder.run(&["render", "s.ron"]).code, Some(0));
+    // A node that makes spans is written as spans.
+    std::fs::write(folder.0.join("t.ron"), graph.replace("\"spans\"", "\"unused\"")).unwrap();
+    let ran =
+        folder.run(&["render", "t.ron", "-w", "balls", "-o", "balls.span", "--size", "40x30"]);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let info = folder.run(&["info", "boxes.span"]);
+    assert!(
+        info.out.contains("40 x 30 pixels, 8 lines") || info.out.contains("2 lines per row"),
+        "{info:?}"
+    );
+    // The lines differ: 2 here, 8 there.
+    let ran = folder.run(&["merge", "boxes.span", "balls.span", "-o", "both.span"]);
+    assert_eq!(ran.code, Some(1), "{ran:?}");
+    assert!(ran.err.contains("2 lines per row") && ran.err.contains("8 lines per row"), "{ran:?}");
+    let set = "file_of_the_command_line.lines=Sloped(2)";
+    let write =
+        ["render", "t.ron", "-w", "balls", "-o", "balls.span", "--size", "40x30", "--set", set];
+    assert_eq!(folder.run(&write).code, Some(0));
+    let ran = folder.run(&["merge", "boxes.span", "balls.span", "-o", "both.span"]);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    assert!(ran.err.contains("wrote both.span"), "{ran:?}");
+
+    // A link may name the file; lit after reading, it is the same picture.
+    let read = graph.replace("\"both\": DepthMerge(inputs: [\"boxes\", \"balls\"]),", "");
+    let read = read.replace("image: \"both\"", "image: \"both.span\"").replace("a.exr", "b.exr");
+    let read = read.replace("\"balls\": Scanline(scene: \"ball.ron\", camera: \"eye\"),", "");
+    std::fs::write(folder.0.join("r.ron"), read).unwrap();
+    let ran = folder.run(&["render", "r.ron", "-w", "file"]);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    assert_eq!(folder.run(&["diff", "a.exr", "b.exr"]).code, Some(0));
+    // Other lines are asked for than there are.
+    let ran = folder.run(&["render", "r.ron", "-w", "file", "--set", "picture.lines=Sloped(3)"]);
+    assert!(ran.err.contains("lines Sloped(2)"), "{ran:?}");
+
+    let same = folder.run(&["diff", "both.span", "both.span"]);
+    assert_eq!((same.code, same.out.as_str()), (Some(0), "0 of 60 lines differ\n"));
+    let other = folder.run(&["diff", "both.span", "boxes.span"]);
+    assert_eq!(other.code, Some(1), "{other:?}");
+    assert!(other.out.contains("only in both.span"), "{other:?}");
+    assert_eq!(folder.run(&["diff", "both.span", "boxes.span", "--tolerance", "1"]).code, Some(0));
+    assert_eq!(folder.run(&["diff", "both.span", "a.exr"]).code, Some(1));
+
+    // Without a scene `info` says what is left, and lights say what they miss.
+    std::fs::remove_file(folder.0.join("ball.ron")).unwrap();
+    let info = folder.run(&["info", "both.span"]);
+    assert!(
+        info.out.contains("no light can be set") && info.out.contains("ball.ron: missing"),
+        "{info:?}"
+    );
+    let ran = folder.run(&["render", "r.ron", "-w", "file"]);
+    assert_eq!(ran.code, Some(1), "{ran:?}");
+    assert!(ran.err.contains("normals") && ran.err.contains("ball.ron"), "{ran:?}");
+}
+
+#[test]
 fn inspect_draws_a_line_of_an_image_and_of_what_it_is_made_of() {
     let folder = Folder::new("inspect");
     let merged = GRAPH

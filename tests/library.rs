@@ -110,7 +110,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 17] = [
+const LAYERS: [(&str, &[&str]); 18] = [
     ("error", &[]),
     ("math", &[]),
     ("key", &[]),
@@ -120,7 +120,7 @@ const LAYERS: [(&str, &[&str]); 17] = [
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),
     ("image", &["error", "color", "output"]),
-    ("fragment", &["camera", "color", "key"]),
+    ("fragment", &["camera", "color", "error", "key"]),
     ("span", &["camera", "color", "error", "fragment", "key", "math", "raster"]),
     ("scene", &["camera", "color", "error", "fragment", "key", "math", "text"]),
     ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
@@ -131,6 +131,10 @@ const LAYERS: [(&str, &[&str]); 17] = [
             "camera", "color", "error", "fragment", "image", "key", "math", "raster", "span",
             "visible",
         ],
+    ),
+    (
+        "span_file",
+        &["camera", "color", "error", "fragment", "key", "output", "raster", "scene", "span"],
     ),
     ("graph", &["error", "key", "output", "text"]),
     ("values", &["camera", "graph", "image", "key", "raster", "resolve", "scene", "shade", "span"]),

@@ -11,8 +11,10 @@ use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::scene::{Part, Scene};
 use spandrel_engine::shade::{Illuminate, Light, ParallelLight};
 use spandrel_engine::span::SpanImage;
+use spandrel_engine::span_file;
 use spandrel_engine::visible;
 use spandrel_tests::data;
+use spandrel_tests::program::Scratch;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -168,6 +170,19 @@ fn the_kaykit_city_merges_alike_in_any_order() {
         }
         assert!(forest[0] == together);
     }
+    // From files, in another order, it is the same.
+    let scratch = Scratch::new("kaykit");
+    let paths: Vec<PathBuf> =
+        (0..images.len()).map(|i| scratch.path().join(format!("{i}.span"))).collect();
+    for (image, path) in images.iter().zip(&paths) {
+        span_file::write(image, path, span_file::Options::default()).unwrap();
+    }
+    let merged = scratch.path().join("all.span");
+    let inputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+    span_file::merge(&inputs, &merged, &|_, _| {}).unwrap();
+    let file = span_file::SpanFile::open(&merged).unwrap();
+    assert!(file.scenes().iter().all(|scene| scene.missing.is_none()), "{:?}", file.scenes());
+    assert!(file.read(0..240).unwrap() == together.pruned().unwrap());
 }
 
 #[test]

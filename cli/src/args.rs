@@ -26,6 +26,7 @@ pub(crate) enum Command {
     Info(Info),
     Convert(Convert),
     Diff(Diff),
+    Merge(Merge),
     Completions(Completions),
 }
 
@@ -108,7 +109,7 @@ pub(crate) struct Nodes {
 /// Says what is in a file, and what is wrong with it.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Info {
-    /// A scene of any format, or a graph.
+    /// A scene of any format, a graph, or a .span file.
     pub(crate) file: PathBuf,
 }
 
@@ -178,14 +179,30 @@ pub(crate) struct Inspect {
     pub(crate) output: Option<PathBuf>,
 }
 
-/// Compares two pictures, channel by channel; exits with 1 if they differ.
+/// Merges span files by depth into another, exactly, a few rows at a time: memory does not grow with the
+/// height.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Merge {
+    /// The files, of one camera, size and line plan.
+    #[arg(required = true, num_args = 1..)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The file to write, ending in .span.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Print nothing but errors.
+    #[arg(short, long)]
+    pub(crate) quiet: bool,
+}
+
+/// Compares two pictures, channel by channel, or two span files, line by line; exits with 1 if they differ.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Diff {
-    /// A picture, .png or .exr.
+    /// A picture, .png or .exr, or a .span file.
     pub(crate) a: PathBuf,
     /// Another.
     pub(crate) b: PathBuf,
-    /// The greatest difference that counts as none, in scene-linear units.
+    /// The greatest difference that counts as none: of pictures in scene-linear units, of span files the
+    /// share of the picture that shows another face.
     #[arg(long, value_name = "T", default_value_t = 0.0)]
     pub(crate) tolerance: f64,
 }

@@ -12,7 +12,7 @@ pub(crate) fn run(args: &Convert) -> u8 {
     match convert(args) {
         Ok((bytes, notes)) => {
             notes.iter().for_each(print::warning);
-            let size = print::bytes(bytes as usize);
+            let size = print::bytes(bytes);
             print::err(&format!("wrote {} ({size})", args.to.display()));
             exit::DONE
         }

@@ -1,8 +1,10 @@
 //! `spandrel diff`.
 
-use spandrel_engine::Result;
 use spandrel_engine::image::file;
+use spandrel_engine::span_file::{self, SpanFile};
+use spandrel_engine::{Error, Result};
 use std::fmt::Write;
+use std::path::Path;
 
 use crate::args::Diff;
 use crate::{difference, exit, print};
@@ -18,8 +20,41 @@ pub(crate) fn run(args: &Diff) -> u8 {
     }
 }
 
-/// Prints how far two pictures are apart; returns whether they are within the tolerance.
+/// Prints how far two files are apart; returns whether they are within the tolerance.
 fn diff(args: &Diff) -> Result<bool> {
+    let is_spans = |path: &Path| path.extension().is_some_and(|e| e == "span");
+    match (is_spans(&args.a), is_spans(&args.b)) {
+        (true, true) => spans(args),
+        (false, false) => pictures(args),
+        _ => Err(Error::invalid(
+            "a span file and a picture cannot be compared: resolve the spans first",
+        )),
+    }
+}
+
+fn spans(args: &Diff) -> Result<bool> {
+    let open = |path| SpanFile::open_without_scenes(path);
+    let found = span_file::compare(&open(&args.a)?, &open(&args.b)?)?;
+    let mut out = String::new();
+    for (labels, file) in found.only.iter().zip([&args.a, &args.b]) {
+        for label in labels {
+            let _ = writeln!(out, "source \"{label}\" only in {}", file.display());
+        }
+    }
+    let (differing, lines) = (found.differing, found.lines);
+    let _ = write!(out, "{differing} of {lines} lines differ");
+    if let Some(first) = found.first {
+        let share = found.area * 100.0;
+        let _ = write!(
+            out,
+            ", the first at y = {first}; {share:.6} % of the picture show another face"
+        );
+    }
+    print::out(&(out + "\n"));
+    Ok(found.area <= args.tolerance && (differing == 0 || args.tolerance > 0.0))
+}
+
+fn pictures(args: &Diff) -> Result<bool> {
     let (a, b) = (file::read(&args.a)?, file::read(&args.b)?);
     let mut out = format!(
         "{:<10}  {:>10}  {:>10}  {:>10}  {:>8}\n",

@@ -4,6 +4,8 @@ use spandrel_engine::graph::document::Document as GraphDocument;
 use spandrel_engine::scene::examine::{Fault, examine};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::scene::{AlphaMode, Object, Plan, Scene, Shape};
+use spandrel_engine::span::Stage;
+use spandrel_engine::span_file::SpanFile;
 use spandrel_engine::{Error, Result};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,7 +17,12 @@ use crate::{exit, print};
 pub(crate) fn run(args: &Info) -> u8 {
     let is_graph = args.file.extension().is_some_and(|e| e == "ron")
         && std::fs::read_to_string(&args.file).is_ok_and(|text| starts_with_graph(&text));
-    let info = if is_graph { graph(&args.file) } else { scene(&args.file) };
+    let is_spans = args.file.extension().is_some_and(|e| e == "span");
+    let info = match (is_graph, is_spans) {
+        (true, _) => graph(&args.file),
+        (_, true) => spans(&args.file),
+        _ => scene(&args.file),
+    };
     match info {
         Ok(text) => {
             print::out(&text);
@@ -51,6 +58,87 @@ fn graph(path: &Path) -> Result<String> {
         }
     }
     let _ = writeln!(out, "`spandrel check` says more");
+    Ok(out)
+}
+
+fn spans(path: &Path) -> Result<String> {
+    let file = SpanFile::open(path)?;
+    let (view, plan, rows) = (file.view(), file.plan(), file.rows());
+    let mut out = format!("{}: an image of spans, written by {}\n", path.display(), file.writer());
+    let _ = writeln!(out, "  {}, {plan}, rows {} to {}", view.raster(), rows.start, rows.end);
+    let camera = view.camera();
+    let [eye, at] =
+        [camera.position, camera.look_at].map(|p| format!("({}, {}, {})", p.x, p.y, p.z));
+    let lens = match camera.parallel_height {
+        Some(height) => format!("parallel, {height} m high"),
+        None => format!("{} degrees high", camera.field_of_view),
+    };
+    let _ = writeln!(out, "  seen from {eye} towards {at}, {lens}");
+    let (mut spans, mut segments) = (0, 0);
+    for part in file.parts() {
+        let image = file.read(part)?;
+        spans += image.lines().items().len() as u64;
+        segments += image.layers().items().len() as u64;
+    }
+    let [head, scenes, lines, faces] = file.bytes();
+    let face_count = file.frame().face_count() as u64;
+    let per = |bytes: u64, count: u64| bytes as f64 / count.max(1) as f64;
+    let _ = writeln!(
+        out,
+        "  {} spans, {} segments of translucent faces: {}, {:.2} bytes each",
+        print::grouped(spans),
+        print::grouped(segments),
+        print::bytes(lines),
+        per(lines, spans + segments)
+    );
+    let _ = writeln!(
+        out,
+        "  {} faces: {}, {:.1} bytes each",
+        print::grouped(face_count),
+        print::bytes(faces),
+        per(faces, face_count)
+    );
+    let _ = writeln!(out, "  head {}, scenes {}", print::bytes(head), print::bytes(scenes));
+    let _ = writeln!(out, "sources");
+    for source in file.frame().sources() {
+        let faces = print::grouped(source.faces.faces().len() as u64);
+        let stages: Vec<String> = source
+            .stack
+            .iter()
+            .map(|stage| match stage {
+                Stage::Shade(shader) => shader.typetag_name().to_owned(),
+                Stage::Place(_) => "moved".to_owned(),
+            })
+            .collect();
+        let stack = match stages.is_empty() {
+            true => String::new(),
+            false => format!(", then {}", stages.join(", ")),
+        };
+        let matte = if source.matte.is_some() { ", a matte" } else { "" };
+        let _ = writeln!(out, "  \"{}\": {faces} faces{stack}{matte}", source.label);
+    }
+    let mut is_whole = !file.scenes().is_empty();
+    for scene in file.scenes() {
+        let place = if scene.embedded { "within" } else { "found" };
+        let _ = match &scene.missing {
+            None => writeln!(out, "scene {}: {place}", scene.path.display()),
+            Some(why) => writeln!(out, "scene {}: missing: {why}", scene.path.display()),
+        };
+        is_whole &= scene.missing.is_none();
+    }
+    if !is_whole {
+        let _ = writeln!(
+            out,
+            "without its scenes only merging, depth, stored colours and what acts on these work: no light can be set"
+        );
+        if file.varying() > 0 {
+            let _ = writeln!(
+                out,
+                "the colour of {} faces differs from place to place; one place's is stored",
+                print::grouped(file.varying() as u64)
+            );
+        }
+    }
     Ok(out)
 }
 

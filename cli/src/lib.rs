@@ -17,6 +17,7 @@ mod exit;
 mod info;
 mod inspect;
 mod measure;
+mod merge;
 mod nodes;
 mod print;
 mod progress;
@@ -59,6 +60,7 @@ pub fn run(registry: Registry) -> ExitCode {
         Command::Inspect(args) => inspect::run(&registry, &args),
         Command::Info(args) => info::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Convert(args) => convert::run(&args),
         Command::Completions(args) => {
             let mut script = Vec::new();

@@ -77,7 +77,7 @@ pub(crate) fn grouped(number: u64) -> String {
 }
 
 /// A number of bytes in a unit that suits it.
-pub(crate) fn bytes(count: usize) -> String {
+pub(crate) fn bytes(count: u64) -> String {
     let count = count as f64;
     match count {
         c if c < 1e3 => format!("{c} B"),

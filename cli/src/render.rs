@@ -66,7 +66,7 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
     if detail != Detail::Quiet {
         for wish in 0..outputs.len() {
             let Delivery { path, bytes } = &*evaluated.value::<Delivery>(wish);
-            let (size, time) = (print::bytes(*bytes as usize), print::seconds(seconds));
+            let (size, time) = (print::bytes(*bytes), print::seconds(seconds));
             print::err(&format!("wrote {} ({size}, {time})", output::tidy(path).display()));
         }
     }
@@ -88,9 +88,12 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
             return Err(exit::USAGE);
         };
         let makes = registry.kind(&raw.kind).map_or("File", |kind| kind.output);
-        let (fits, needs) = match args.output {
+        let (fits, needs) = match &args.output {
             None => (makes == "File", "a node that writes a file, or add -o FILE"),
-            Some(_) => (makes == "File" || makes == "Image", "a node that makes an Image"),
+            Some(file) => (
+                makes == "File" || writer_of(makes, file).is_some(),
+                "a node that makes an Image or, for a .span file, a SpanImage",
+            ),
         };
         if !fits {
             print::error(format!("-w {name}: {} makes a {makes}: name {needs}", raw.kind));
@@ -102,8 +105,8 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
     if let (Some(file), [node]) = (&args.output, &args.write[..]) {
         let makes = document.nodes.iter().find(|raw| raw.id == *node);
         let kind = makes.and_then(|raw| registry.kind(&raw.kind));
-        if kind.is_some_and(|kind| kind.output == "Image") {
-            document.nodes.push(writer(node, &absolute(file)));
+        if let Some(writer_kind) = kind.and_then(|kind| writer_of(kind.output, file)) {
+            document.nodes.push(writer(writer_kind, node, &absolute(file)));
             outputs = vec![WRITER.to_owned()];
         }
     }
@@ -150,13 +153,22 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
 /// The node that writes a picture which is named on the command line.
 pub(crate) const WRITER: &str = "file_of_the_command_line";
 
-fn writer(image: &str, path: &str) -> RawNode {
+/// The kind of node that writes a type of value to a file.
+fn writer_of(output: &str, file: &Path) -> Option<&'static str> {
+    match (output, file.extension().is_some_and(|e| e == "span")) {
+        ("Image", false) => Some("Write"),
+        ("SpanImage", true) => Some("WriteSpans"),
+        _ => None,
+    }
+}
+
+fn writer(kind: &str, image: &str, path: &str) -> RawNode {
     RawNode {
         id: WRITER.to_owned(),
         id_span: 0..0,
-        kind: "Write".to_owned(),
+        kind: kind.to_owned(),
         span: 0..0,
-        text: format!("Write(image: {image:?}, path: {path:?})"),
+        text: format!("{kind}(image: {image:?}, path: {path:?})"),
         settings: vec!["-o".to_owned()],
     }
 }

@@ -30,7 +30,8 @@ pub(crate) fn table(reports: &[Report], seconds: f64) -> String {
                 Outcome::Evaluated => print::seconds(report.seconds),
                 _ => outcome(report).to_owned(),
             };
-            let size = if report.bytes > 0 { print::bytes(report.bytes) } else { String::new() };
+            let size =
+                if report.bytes > 0 { print::bytes(report.bytes as u64) } else { String::new() };
             [report.node.clone(), report.kind.to_owned(), time, size, facts.join(", ")]
         })
         .collect();

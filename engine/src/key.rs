@@ -4,7 +4,7 @@
 //! node's declaration, its parameters, its demand, its inputs' keys and the files it reads; a
 //! scene's key hashes its contents. Two values with equal keys are interchangeable bit for bit.
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 /// A 128-bit content hash. Keys order sources where nothing else does.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
@@ -31,6 +31,21 @@ impl Key {
     /// The key's 16 bytes, big end first.
     pub fn to_bytes(self) -> [u8; 16] {
         self.0.to_be_bytes()
+    }
+}
+
+impl Serialize for Key {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&format!("{self:?}"))
+    }
+}
+
+impl<'de> Deserialize<'de> for Key {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Key, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let key = u128::from_str_radix(&text, 16);
+        key.map(Key)
+            .map_err(|_| de::Error::custom(format!("{text:?} is no key: 32 hexadecimal digits")))
     }
 }
 

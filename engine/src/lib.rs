@@ -49,6 +49,7 @@ pub mod resolve;
 pub mod scene;
 pub mod shade;
 pub mod span;
+pub mod span_file;
 pub mod text;
 pub mod values;
 pub mod visible;

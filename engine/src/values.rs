@@ -78,6 +78,7 @@ impl Demand for Lines {
 impl Value for SpanImage {
     type Demand = Lines;
     const NAME: &'static str = "SpanImage";
+    const READER: Option<&'static str> = Some("ReadSpans");
 
     fn bytes(&self) -> usize {
         SpanImage::bytes(self)

@@ -19,7 +19,9 @@ pub mod light {
 /// What leaves the graph.
 pub mod output {
     mod write;
+    mod write_spans;
     pub use write::Write;
+    pub use write_spans::WriteSpans;
 }
 
 /// Renderers: scenes to spans.
@@ -42,9 +44,11 @@ pub mod shade {
 pub mod source {
     mod camera;
     mod read_scene;
+    mod read_spans;
     mod scene_camera;
     pub use camera::Camera;
     pub use read_scene::ReadScene;
+    pub use read_spans::ReadSpans;
     pub use scene_camera::SceneCamera;
 }
 
@@ -72,12 +76,14 @@ pub fn register(registry: &mut Registry) {
         .register::<image::Resolve>()
         .register::<light::ParallelLight>()
         .register::<output::Write>()
+        .register::<output::WriteSpans>()
         .register::<render::Scanline>()
         .register::<shade::Fog>()
         .register::<shade::Illuminate>()
         .register::<shade::Recolor>()
         .register::<source::Camera>()
         .register::<source::ReadScene>()
+        .register::<source::ReadSpans>()
         .register::<source::SceneCamera>()
         .register::<span::Crop>()
         .register::<span::DepthMerge>()

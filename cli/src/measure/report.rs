@@ -43,8 +43,8 @@ fn figures(row: &Measured) -> [String; 7] {
         format!("{:.6}", row.error.most),
         format!("{:.3} %", row.error.above_step * 100.0),
         print::seconds(row.seconds),
-        row.peak_bytes.map_or_else(String::new, |bytes| print::bytes(bytes as usize)),
-        print::bytes(row.span_bytes as usize),
+        row.peak_bytes.map_or_else(String::new, print::bytes),
+        print::bytes(row.span_bytes),
     ]
 }
 

@@ -17,9 +17,13 @@ pub use columns::Columns;
 
 use glam::{DVec3, Vec3};
 use std::fmt::Debug;
+use std::path::PathBuf;
+use std::sync::Arc;
 
 use crate::camera::View;
 use crate::color::Color;
+use crate::error::Result;
+use crate::key::Key;
 
 /// A batch of fragments of one source, as a structure of arrays. A column that nobody asked for is
 /// empty; all others have [`len`](Fragments::len) entries.
@@ -127,6 +131,32 @@ pub trait Surfaces: Send + Sync + Debug {
 
     /// The name of the object that a face belongs to, as a path such as `"car/wheel 2"`.
     fn object(&self, ordinal: u32) -> String;
+
+    /// Whether it can fill the columns `wanted`; all can, unless their scene is not there.
+    ///
+    /// # Errors
+    /// If it cannot: what is missing.
+    fn offers(&self, _wanted: Columns) -> Result<()> {
+        Ok(())
+    }
+
+    /// Where it comes from, for files that hold images of it.
+    fn origin(&self) -> Option<Origin> {
+        None
+    }
+}
+
+/// Where a source's surfaces come from.
+#[derive(Clone, Debug)]
+pub struct Origin {
+    /// The file.
+    pub file: PathBuf,
+    /// How it was read, in the words of its reader.
+    pub how: serde_json::Value,
+    /// Its contents then.
+    pub key: Key,
+    /// The contents themselves, if they came with the image.
+    pub contents: Option<Arc<[u8]>>,
 }
 
 /// A program over fragments: one entry of a source's shading stack.

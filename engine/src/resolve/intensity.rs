@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::fragment::Fragments;
 use crate::span::image::{Intensities, Paint};
-use crate::span::{FaceId, Segment, SpanImage, line};
+use crate::span::{FaceId, Seen, SpanImage};
 use std::sync::Arc;
 
 /// Fragments shaded in one batch.
@@ -16,7 +16,9 @@ pub(super) fn of(image: &SpanImage) -> &Intensities {
 }
 
 fn compute(image: &SpanImage) -> Intensities {
-    let visible = visible_points(image);
+    let mut seen = Seen::new(image.face_count());
+    seen.add(image);
+    let visible: Vec<_> = seen.faces().collect();
     let mut paints = vec![None; image.face_count()];
     let shaded: Vec<(FaceId, Paint)> = visible
         .par_chunk_by(|a, b| image.locate(a.0).0 == image.locate(b.0).0)
@@ -27,24 +29,6 @@ fn compute(image: &SpanImage) -> Intensities {
         paints[face.0 as usize] = Some(paint);
     }
     Intensities::new(paints)
-}
-
-/// Every visible face, ascending, with a line and cell at which it is seen.
-fn visible_points(image: &SpanImage) -> Vec<(FaceId, u32, u32)> {
-    let cells = image.view().raster().cells();
-    let mut at: Vec<Option<(u32, u32)>> = vec![None; image.face_count()];
-    for k in image.lines().range() {
-        for (range, face) in line::segments(image.lines().line(k), cells) {
-            if face.is_some() {
-                at[face.0 as usize].get_or_insert((k, range.start + (range.end - range.start) / 2));
-            }
-        }
-        for Segment { start, face, end } in image.layers().line(k) {
-            at[face.0 as usize].get_or_insert((k, start + (end - start) / 2));
-        }
-    }
-    let known = at.into_iter().enumerate();
-    known.filter_map(|(id, at)| at.map(|(k, x)| (FaceId(id as u32), k, x))).collect()
 }
 
 /// Shades the faces of one source that are alike all over.

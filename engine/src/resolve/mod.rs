@@ -29,6 +29,7 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
+use crate::fragment::Columns;
 use crate::image::{Image, Samples, Window};
 use crate::span::SpanImage;
 use crate::visible::probe::Index;
@@ -72,7 +73,8 @@ pub enum Channel {
 /// other channels are those of the face that covers most of it, at the middle of what it covers.
 ///
 /// # Errors
-/// If the image does not have the rule's line plan or not all rows that the framing needs.
+/// If the image does not have the rule's line plan or not all rows that the framing needs, or the scene of
+/// its faces is not there and they must be lit.
 pub fn resolve(
     image: &SpanImage,
     rule: Rule,
@@ -93,6 +95,12 @@ pub fn resolve(
         return Err(Error::invalid(format!("rows {needed:?} are needed, the image has {held:?}")));
     }
     rule.check_filter(framing.filter)?;
+    for source in image.sources().iter().filter(|source| !source.faces.faces().is_empty()) {
+        let shading =
+            if channels.contains(&Channel::Color) { source.reads() } else { Columns::NONE };
+        let normals = if channels.contains(&Channel::N) { Columns::NORMAL } else { Columns::NONE };
+        source.surfaces.offers(shading | normals)?;
+    }
     let index = rule.tolerance().map(|_| Index::new(image));
     let window = Window {
         x: framing.columns.start,

@@ -14,6 +14,7 @@ use super::read::{self, ReadOptions, Reading};
 use super::shape::Shape;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
+use crate::fragment::Origin;
 use crate::key::{Key, KeyHasher};
 
 /// The most objects that a scene may place.
@@ -42,6 +43,8 @@ pub struct Scene {
     pub files: Vec<PathBuf>,
     /// What is doubtful in the files and was taken as well as could be.
     pub notes: Vec<String>,
+    /// The file that it was read from.
+    pub origin: Option<Origin>,
 }
 
 /// A mesh in its place.
@@ -77,8 +80,21 @@ impl Scene {
         key: Key,
         directory: &Path,
     ) -> Result<Scene> {
+        Scene::with_files(document, plan, label, key, directory, Files::new())
+            .map(|(scene, _)| scene)
+    }
+
+    /// The same, where some files that the document names are known. Returns all of them too.
+    pub(super) fn with_files(
+        document: &Document,
+        plan: Option<&str>,
+        label: &str,
+        key: Key,
+        directory: &Path,
+        files: Files,
+    ) -> Result<(Scene, Files)> {
         let plan = document.plan(plan)?;
-        let mut flattening = Flattening::default();
+        let mut flattening = Flattening { files, ..Flattening::default() };
         let root = DAffine3::IDENTITY;
         let top = Place {
             path: String::new(),
@@ -103,7 +119,8 @@ impl Scene {
                 instance.material = unnamed;
             }
         }
-        Ok(Scene {
+        let files = flattening.files;
+        let scene = Scene {
             label: label.to_owned(),
             key: key_of_all.finish(),
             instances,
@@ -111,9 +128,11 @@ impl Scene {
             cameras: plan.cameras.clone(),
             lights: plan.lights.clone(),
             environment: plan.environment.clone(),
-            notes: flattening.files.values().flat_map(|reading| reading.notes.clone()).collect(),
-            files: flattening.files.into_keys().map(|(path, _)| path).collect(),
-        })
+            notes: files.values().flat_map(|reading| reading.notes.clone()).collect(),
+            files: files.keys().map(|(path, _)| path.clone()).collect(),
+            origin: None,
+        };
+        Ok((scene, files))
     }
 
     /// A scene of one object, for programs that make their own.
@@ -160,6 +179,9 @@ impl Scene {
 
 const UNNAMED: u32 = u32::MAX;
 
+/// Files by path and how they were read.
+pub(super) type Files = BTreeMap<(PathBuf, String), Reading>;
+
 /// A file being flattened.
 struct File<'a> {
     document: &'a Document,
@@ -184,8 +206,8 @@ struct Flattening {
     numbers: HashMap<(usize, String), u32>,
     /// Geometry and palette of shapes, by address: an instance or array visits one shape many times.
     ready: HashMap<usize, (Arc<Geometry>, Arc<[u32]>)>,
-    /// Files by path and how they were read; kept so that addresses stay theirs.
-    files: BTreeMap<(PathBuf, String), Reading>,
+    /// Kept so that addresses stay theirs.
+    files: Files,
     /// The definitions and files that are being placed, outermost first.
     open: Vec<String>,
     visits: usize,

@@ -8,7 +8,7 @@ use super::flat::{Instance, Scene};
 use super::geometry::{Frame, Part};
 use super::material::AlphaMode;
 use crate::color::Color;
-use crate::fragment::{Columns, Fragments, Surfaces};
+use crate::fragment::{Columns, Fragments, Origin, Surfaces};
 
 /// A scene as the surfaces of a source.
 #[derive(Debug)]
@@ -161,6 +161,10 @@ impl Surfaces for SceneSurfaces {
 
     fn object(&self, ordinal: u32) -> String {
         self.scene.instances[self.scene.part(ordinal).0].path.clone()
+    }
+
+    fn origin(&self) -> Option<Origin> {
+        self.scene.origin.clone()
     }
 }
 

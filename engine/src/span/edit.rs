@@ -157,7 +157,7 @@ impl SpanImage {
             let from = i64::from(k) - lines;
             u32::try_from(from).ok().filter(|from| image.lines().range().contains(from))
         };
-        let moved = image.shifted(image.on_rows(rows), step as i64, source);
+        let moved = image.shifted(image.over(rows), step as i64, source);
         let again = image.again().cloned().map(|again| {
             // The sources are moved already; the lines are those that move to the probes.
             Again::new(move |probes| {

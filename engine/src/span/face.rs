@@ -56,6 +56,20 @@ pub struct Face {
     corners: u32,
 }
 
+impl Face {
+    /// What a builder was told of it.
+    pub fn head(&self) -> FaceHead {
+        FaceHead {
+            ordinal: self.ordinal,
+            plane: self.plane,
+            rank: self.rank,
+            role: self.role,
+            sees_front: self.sees_front,
+            is_translucent: self.is_translucent,
+        }
+    }
+}
+
 /// The faces of one source over one view: a pure function of the two, so that every image of the
 /// source over that view has the same table. Faces that no line can meet are left out.
 ///
@@ -182,6 +196,47 @@ impl FaceTable {
     pub fn outline(&self, face: &Face) -> Ring<'_> {
         let first = face.first_corner as usize;
         Ring { corners: &self.corners[first..first + face.corners as usize], points: &self.points }
+    }
+
+    /// The corners of a face's rings as places among the table's [`points`](FaceTable::points), each with
+    /// whether it is its ring's last.
+    pub(crate) fn corners(&self, face: &Face) -> impl Iterator<Item = (u32, bool)> + '_ {
+        let first = face.first_corner as usize;
+        let corners = &self.corners[first..first + face.corners as usize];
+        corners.iter().map(|corner| (corner & !END_OF_RING, corner & END_OF_RING != 0))
+    }
+
+    /// All points on the screen, in pixels.
+    pub(crate) fn points(&self) -> &[DVec2] {
+        &self.points
+    }
+
+    /// Only the faces at the places `keep`, which ascend, and the points that they use. The faces that
+    /// seals lie on must be among them.
+    pub(super) fn only(&self, keep: &[u32]) -> Result<FaceTable> {
+        let mut points = vec![u32::MAX; self.points.len()];
+        let mut table = FaceTableBuilder::new();
+        for place in keep {
+            let face = &self.faces[*place as usize];
+            let mut ring = Vec::new();
+            let mut rings = Vec::new();
+            for (point, is_last) in self.corners(face) {
+                let known = &mut points[point as usize];
+                if *known == u32::MAX {
+                    *known = table.points([self.points[point as usize]])?;
+                }
+                ring.push(*known);
+                if is_last {
+                    rings.push(std::mem::take(&mut ring));
+                }
+            }
+            let role = match face.role {
+                Role::Seal(parent) => Role::Seal(keep.partition_point(|p| *p < parent) as u32),
+                other => other,
+            };
+            table.face(FaceHead { role, ..face.head() }, rings.iter().map(Vec::as_slice))?;
+        }
+        Ok(table.finish())
     }
 
     /// A face by its ordinal.
@@ -425,14 +480,7 @@ impl FaceTableBuilder {
                         ring.corners.iter().map(|c| (c & !END_OF_RING) + offsets[t]).collect()
                     })
                     .collect();
-                let head = FaceHead {
-                    ordinal,
-                    plane: face.plane,
-                    rank: face.rank,
-                    role,
-                    sees_front: face.sees_front,
-                    is_translucent: face.is_translucent,
-                };
+                let head = FaceHead { role, ..face.head() };
                 union.face(head, rings.iter().map(Vec::as_slice))?;
             }
             places[t][place] = union.table.faces.len() as u32 - 1;

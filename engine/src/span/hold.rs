@@ -24,7 +24,9 @@ pub enum Keep {
 }
 
 /// A matte that dims a source.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 pub struct Held {
     /// Which matte.
     pub by: Key,

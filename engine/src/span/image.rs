@@ -229,8 +229,13 @@ impl SpanImage {
         SpanImage { sources, bases, again: None, intensities: OnceLock::new(), ..self.clone() }
     }
 
+    /// The image as an answer to a plan of the same lines, whatever it says of probes.
+    pub(crate) fn for_plan(self, plan: LinePlan) -> SpanImage {
+        SpanImage { plan, ..self }
+    }
+
     /// The image on other rows, with nothing on them.
-    pub(super) fn on_rows(&self, rows: Rows) -> SpanImage {
+    pub(crate) fn over(&self, rows: Rows) -> SpanImage {
         let lines = self.plan.lines(&rows);
         let nothing = SpanImage::with_nothing(self.view.clone(), self.plan, rows, lines);
         SpanImage { sources: self.sources.clone(), bases: self.bases.clone(), ..nothing }

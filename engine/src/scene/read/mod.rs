@@ -15,6 +15,7 @@
 //! conversion is the root object's transform: points stay as the file has them.
 
 pub mod binary;
+pub mod bundle;
 mod cityjson;
 mod gltf;
 mod mtl;
@@ -43,7 +44,7 @@ pub enum Axis {
 }
 
 /// How to read a file; what is absent is as the format says.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReadOptions {
     /// Metres per unit of the file.
     pub unit: Option<f64>,
@@ -130,6 +131,7 @@ pub fn scene(path: &Path, plan: Option<&str>, label: &str, options: &ReadOptions
         other => other,
     })?;
     scene.notes.splice(0..0, reading.notes);
+    scene.origin = Some(bundle::origin(path, plan, options, scene.key));
     Ok(scene)
 }
 

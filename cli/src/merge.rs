@@ -1,0 +1,51 @@
+//! `spandrel merge`.
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use spandrel_engine::Error;
+use spandrel_engine::span_file;
+use std::io::IsTerminal;
+use std::path::Path;
+
+use crate::args::Merge;
+use crate::{exit, print};
+
+pub(crate) fn run(args: &Merge) -> u8 {
+    if args.output.extension().is_none_or(|e| e != "span") {
+        print::error(format!("-o {}: name a file that ends in .span", args.output.display()));
+        return exit::USAGE;
+    }
+    let is_shown = !args.quiet && std::io::stderr().is_terminal();
+    let target = if is_shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(None, target);
+    let style = ProgressStyle::with_template("{bar:24} {pos}/{len} rows {elapsed}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let inputs: Vec<&Path> = args.inputs.iter().map(AsRef::as_ref).collect();
+    let clock = std::time::Instant::now();
+    let merged = span_file::merge(&inputs, &args.output, &|done, all| {
+        bar.set_length(u64::from(all));
+        bar.set_position(u64::from(done));
+    });
+    bar.finish_and_clear();
+    match merged {
+        Ok(written) => {
+            if !args.quiet {
+                print::err(&format!(
+                    "wrote {} ({} spans, {} faces, {}, {})",
+                    args.output.display(),
+                    print::grouped(written.spans),
+                    print::grouped(written.faces),
+                    print::bytes(written.bytes),
+                    print::seconds(clock.elapsed().as_secs_f64())
+                ));
+            }
+            exit::DONE
+        }
+        Err(error) => {
+            print::error(&error);
+            if let Error::Mismatch { .. } = error {
+                print::err("  `spandrel info FILE` says what a file holds");
+            }
+            exit::of(&error)
+        }
+    }
+}

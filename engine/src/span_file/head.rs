@@ -1,0 +1,155 @@
+//! What a file is of.
+
+use serde::{Deserialize, Serialize};
+use std::path::{Component, Path, PathBuf};
+
+use crate::camera::{Camera, View};
+use crate::error::Result;
+use crate::fragment::Origin;
+use crate::key::Key;
+use crate::raster::{LinePlan, Phase, Raster, Rows};
+use crate::span::{Held, Source, Stage};
+
+/// The first block, as JSON.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Head {
+    /// The program that wrote the file.
+    pub(super) writer: String,
+    pub(super) camera: Camera,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) lines_per_row: u32,
+    pub(super) phase: Phase,
+    /// First row, and the row after the last.
+    pub(super) rows: [u32; 2],
+    #[serde(default)]
+    pub(super) scenes: Vec<SceneHead>,
+    pub(super) sources: Vec<SourceHead>,
+}
+
+/// A scene that faces come from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct SceneHead {
+    /// Relative to the span file's folder, with `/` between names, or absolute.
+    pub(super) path: String,
+    #[serde(default)]
+    pub(super) how: serde_json::Value,
+    pub(super) key: Key,
+    /// Whether a block holds it.
+    #[serde(default)]
+    pub(super) embedded: bool,
+}
+
+/// A source.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct SourceHead {
+    pub(super) label: String,
+    pub(super) scene: Key,
+    /// The place of its scene in the list of scenes.
+    #[serde(default)]
+    pub(super) found_in: Option<usize>,
+    #[serde(default)]
+    pub(super) stack: Vec<Stage>,
+    #[serde(default)]
+    pub(super) matte: Option<Key>,
+    #[serde(default)]
+    pub(super) held: Vec<Held>,
+}
+
+impl Head {
+    pub(super) fn new(view: &View, plan: LinePlan, rows: &Rows) -> Head {
+        let Raster { width, height } = view.raster();
+        Head {
+            writer: concat!("spandrel ", env!("CARGO_PKG_VERSION")).to_owned(),
+            camera: view.camera().clone(),
+            width,
+            height,
+            lines_per_row: plan.per_row,
+            phase: plan.phase,
+            rows: [rows.start, rows.end],
+            scenes: Vec::new(),
+            sources: Vec::new(),
+        }
+    }
+
+    /// Adds a source, and the scene that it comes from if that is known.
+    pub(super) fn add(&mut self, source: &Source, scene: Option<SceneHead>) {
+        let found_in = scene.map(|scene| {
+            let known = self.scenes.iter().position(|known| *known == scene);
+            known.unwrap_or_else(|| {
+                self.scenes.push(scene);
+                self.scenes.len() - 1
+            })
+        });
+        self.sources.push(SourceHead {
+            label: source.label.clone(),
+            scene: source.scene,
+            found_in,
+            stack: source.stack.clone(),
+            matte: source.matte,
+            held: source.held.clone(),
+        });
+    }
+
+    pub(super) fn view(&self) -> Result<View> {
+        View::new(&self.camera, Raster::new(self.width, self.height)?)
+    }
+
+    pub(super) fn plan(&self) -> Result<LinePlan> {
+        LinePlan::new(self.lines_per_row, self.phase)
+    }
+
+    pub(super) fn rows(&self) -> Rows {
+        self.rows[0]..self.rows[1]
+    }
+}
+
+impl SceneHead {
+    /// A scene as a file in `folder` names it.
+    pub(super) fn new(origin: &Origin, folder: &Path, embedded: bool) -> SceneHead {
+        let path = relative(&origin.file, folder);
+        let names: Vec<_> = path.iter().map(|name| name.to_string_lossy()).collect();
+        let path = if path.is_absolute() { path.display().to_string() } else { names.join("/") };
+        SceneHead { path, how: origin.how.clone(), key: origin.key, embedded }
+    }
+
+    /// The scene as a file in `folder` means it.
+    pub(super) fn origin(&self, folder: &Path, contents: Option<std::sync::Arc<[u8]>>) -> Origin {
+        let file = folder.join(&self.path);
+        Origin { file, how: self.how.clone(), key: self.key, contents }
+    }
+}
+
+/// A path as seen from a folder, if one leads to the other.
+fn relative(path: &Path, folder: &Path) -> PathBuf {
+    let absolute = |path: &Path| {
+        let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        crate::output::tidy(&whole)
+    };
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let (path, folder) = (absolute(path), absolute(folder));
+    let names = |path: &Path| -> Vec<PathBuf> {
+        path.components().map(|part| PathBuf::from(part.as_os_str())).collect()
+    };
+    let (to, from) = (names(&path), names(&folder));
+    let shared = to.iter().zip(&from).take_while(|(a, b)| a == b).count();
+    if shared == 0 {
+        return path;
+    }
+    let up =
+        std::iter::repeat_n(PathBuf::from(Component::ParentDir.as_os_str()), from.len() - shared);
+    up.chain(to[shared..].iter().cloned()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_seen_from_the_files_folder() {
+        let seen = |path: &str, folder: &str| relative(Path::new(path), Path::new(folder));
+        assert_eq!(seen("/a/b/c.ron", "/a/b"), Path::new("c.ron"));
+        assert_eq!(seen("/a/b/c.ron", "/a/x/y"), Path::new("../../b/c.ron"));
+        assert_eq!(seen("a/../c.ron", ""), Path::new("c.ron"));
+    }
+}

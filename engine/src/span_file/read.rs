@@ -1,0 +1,416 @@
+//! Reading span files.
+
+use rayon::prelude::*;
+use std::fs::File;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::block::{self, Block, Kind};
+use super::column::Bytes;
+use super::faces::Faces;
+use super::head::Head;
+use super::lines;
+use super::stored;
+use crate::camera::View;
+use crate::error::{Error, Result};
+use crate::fragment::Surfaces;
+use crate::raster::{LinePlan, Phase, Raster, Rows};
+use crate::scene::read::bundle;
+use crate::scene::{Scene, SceneSurfaces};
+use crate::span::{FaceId, Layers, Lines, Segment, Source, Span, SpanImage, layer};
+
+/// About how many lines are held at once where a file is read part by part.
+const STEP_LINES: u32 = 2048;
+
+/// A span file that is open: all of its faces, and its lines where they are asked for.
+#[derive(Debug)]
+pub struct SpanFile {
+    path: PathBuf,
+    file: Mutex<File>,
+    head: Head,
+    /// All blocks but the last.
+    blocks: Vec<Block>,
+    /// Those that hold lines, in order.
+    lines: Vec<Block>,
+    /// The sources, and nothing seen.
+    frame: SpanImage,
+    /// By ascending number in the file, the ids of faces.
+    ids: Vec<(u32, FaceId)>,
+    scenes: Vec<SceneState>,
+    varying: usize,
+}
+
+/// A scene that a file names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneState {
+    /// Where it is, or was.
+    pub path: PathBuf,
+    /// Whether the file holds it.
+    pub embedded: bool,
+    /// Why it is not there, if it is not.
+    pub missing: Option<String>,
+}
+
+impl SpanFile {
+    /// Opens a file and reads its scenes, or finds them where they were. Of a scene that is not there or not
+    /// what it was, depth and the stored colours remain.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is damaged; the error names the block.
+    pub fn open(path: &Path) -> Result<SpanFile> {
+        SpanFile::read_tables(path, true)
+    }
+
+    /// Opens a file and leaves its scenes alone: enough to merge and to write it.
+    ///
+    /// # Errors
+    /// As [`open`](SpanFile::open).
+    pub fn open_without_scenes(path: &Path) -> Result<SpanFile> {
+        SpanFile::read_tables(path, false)
+    }
+
+    fn read_tables(path: &Path, with_scenes: bool) -> Result<SpanFile> {
+        let mut file = File::open(path).map_err(|e| Error::file(path, e))?;
+        let blocks = block::scan(path, &mut file)?;
+        let first = blocks.first().filter(|block| block.kind == Kind::Head);
+        let first =
+            first.ok_or_else(|| Error::at_byte(path, 16, "the first block is not \"head\""))?;
+        let text = first.unpack(path, first.read(path, &mut file)?)?;
+        let head: Head = serde_json::from_slice(&text).map_err(|e| first.fault(path, e))?;
+        let in_head = |error: Error| first.fault(path, error);
+        let (view, plan, rows) =
+            (head.view().map_err(in_head)?, head.plan().map_err(in_head)?, head.rows());
+        if rows.start > rows.end || rows.end > head.height {
+            return Err(first.fault(path, format!("the rows {rows:?} are not within the picture")));
+        }
+        let mut lines: Vec<Block> = Vec::new();
+        let mut next = plan.lines(&rows).start;
+        for block in blocks.iter().filter(|block| block.kind == Kind::Lines) {
+            if block.a != next || block.b == 0 {
+                return Err(block.fault(path, format!("line {next} should come next")));
+            }
+            next = block
+                .a
+                .checked_add(block.b)
+                .ok_or_else(|| block.fault(path, "it has too many lines"))?;
+            lines.push(*block);
+        }
+        let end = plan.lines(&rows).end;
+        if next != end {
+            return Err(Error::in_file(
+                path,
+                format!("its lines end with {next}, not {end}: write it again"),
+            ));
+        }
+
+        let (mut tables, ids) = read_faces(path, &mut file, &blocks, head.sources.len())?;
+        let (surfaces, scenes) =
+            find_surfaces(path, &mut file, &blocks, &head, &mut tables, with_scenes)?;
+        let varying = tables.iter().map(|faces| faces.looks.varying()).sum();
+
+        let mut sources: Vec<(usize, Source)> = Vec::new();
+        for (at, ((about, surfaces), faces)) in
+            head.sources.iter().zip(surfaces).zip(tables).enumerate()
+        {
+            let (table, _, looks) = faces.finish();
+            let surfaces = match surfaces {
+                Found::Scene(surfaces) => surfaces,
+                Found::Nothing(origin, why) => stored::surfaces(looks, origin, why),
+            };
+            let source = Source {
+                label: about.label.clone(),
+                scene: about.scene,
+                surfaces,
+                stack: about.stack.clone(),
+                matte: about.matte,
+                held: about.held.clone(),
+                faces: Arc::new(table),
+            };
+            sources.push((at, source));
+        }
+        sources.sort_by(|a, b| a.1.order(&b.1));
+        if let Some(pair) = sources.windows(2).find(|pair| pair[0].1.order(&pair[1].1).is_eq()) {
+            return Err(
+                first.fault(path, format!("the source \"{}\" is there twice", pair[0].1.label))
+            );
+        }
+        let mut place_of = vec![0; sources.len()];
+        sources.iter().enumerate().for_each(|(place, (at, _))| place_of[*at] = place);
+        let sources = sources.into_iter().map(|(_, source)| source).collect();
+        let frame =
+            SpanImage::frame(view, plan, rows.start..rows.start, sources).map_err(in_head)?;
+        let ids =
+            ids.into_iter().map(|(number, at, place)| (number, frame.id(place_of[at], place)));
+        let ids = ids.collect();
+        let (path, file) = (path.to_owned(), Mutex::new(file));
+        Ok(SpanFile { path, file, head, blocks, lines, frame, ids, scenes, varying })
+    }
+
+    /// The projection.
+    pub fn view(&self) -> &View {
+        self.frame.view()
+    }
+
+    /// Where its lines lie.
+    pub fn plan(&self) -> LinePlan {
+        self.frame.plan()
+    }
+
+    /// The rows that it holds.
+    pub fn rows(&self) -> Rows {
+        self.head.rows()
+    }
+
+    /// The program that wrote it.
+    pub fn writer(&self) -> &str {
+        &self.head.writer
+    }
+
+    /// The image's sources, with nothing seen of them.
+    pub fn frame(&self) -> &SpanImage {
+        &self.frame
+    }
+
+    /// The scenes that it names.
+    pub fn scenes(&self) -> &[SceneState] {
+        &self.scenes
+    }
+
+    /// Faces whose colour differs from place to place: of them the file knows the colour of one place.
+    pub fn varying(&self) -> usize {
+        self.varying
+    }
+
+    /// Bytes in the file of the head, the scenes, the lines and the faces.
+    pub fn bytes(&self) -> [u64; 4] {
+        let kinds = [Kind::Head, Kind::Scene, Kind::Lines, Kind::Faces];
+        kinds.map(|kind| self.blocks.iter().filter(|b| b.kind == kind).map(|b| b.stored).sum())
+    }
+
+    /// Its rows in parts that are small enough to be held: of some two thousand lines each.
+    pub fn parts(&self) -> Vec<Rows> {
+        let (rows, step) = (self.rows(), (STEP_LINES / self.plan().per_row).max(1));
+        if rows.is_empty() {
+            return vec![rows];
+        }
+        let firsts = (rows.start..rows.end).step_by(step as usize);
+        firsts.map(|first| first..rows.end.min(first + step)).collect()
+    }
+
+    /// Reads the rows `rows`.
+    ///
+    /// # Errors
+    /// If the file does not hold them, or is damaged; the error names the block.
+    pub fn read(&self, rows: Rows) -> Result<SpanImage> {
+        let held = self.rows();
+        if rows.start < held.start || rows.end > held.end || rows.start > rows.end {
+            let message = format!("the rows {rows:?} are asked for, and it holds {held:?}");
+            return Err(Error::in_file(&self.path, message));
+        }
+        let wanted = self.plan().lines(&rows);
+        let meets = |block: &&Block| block.a < wanted.end && wanted.start < block.a + block.b;
+        let mut bodies: Vec<(Block, Vec<u8>)> = Vec::new();
+        {
+            let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
+            for block in self.lines.iter().filter(meets) {
+                bodies.push((*block, block.read(&self.path, &mut file)?));
+            }
+        }
+        let parts: Vec<(Lines, Layers)> = bodies
+            .into_par_iter()
+            .map(|(block, body)| {
+                let raw = block.unpack(&self.path, body)?;
+                self.decode(&block, &raw, &wanted).map_err(|fault| block.fault(&self.path, fault))
+            })
+            .collect::<Result<_>>()?;
+        let (spans, layers) = parts.into_iter().unzip();
+        let frame = self.frame.over(rows);
+        Ok(frame.with_lines(Lines::join(wanted.start, spans), Layers::join(wanted.start, layers)))
+    }
+
+    /// Reads the rows `rows` for whoever solves at `raster` and asks for the lines of `plan`.
+    ///
+    /// # Errors
+    /// If the file has other lines, or as [`read`](SpanFile::read).
+    pub fn deliver(&self, raster: Raster, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
+        let own = self.plan();
+        if (self.view().raster(), own) != (raster, LinePlan { probed: own.probed, ..plan }) {
+            let (has, n) = (self.view().raster(), own.per_row);
+            let rule = match own.phase {
+                Phase::Centre => format!("Sloped({n}) or Sampled({n}, Box)"),
+                Phase::Border => format!("Sampled({n}, Trapezoid)"),
+            };
+            let message = format!(
+                "it holds {has} with {own}, and {raster} with {plan} are asked for: resolve it with size \
+                 ({}, {}) and lines {rule}, or write it anew",
+                has.width, has.height
+            );
+            return Err(Error::in_file(&self.path, message));
+        }
+        Ok(self.read(rows)?.for_plan(plan))
+    }
+
+    /// The lines of a block that are wanted.
+    fn decode(
+        &self,
+        block: &Block,
+        raw: &[u8],
+        wanted: &Range<u32>,
+    ) -> Result<(Lines, Layers), String> {
+        let cells = self.view().raster().cells();
+        let face = |number: u32| {
+            let at = self.ids.binary_search_by_key(&number, |(number, _)| *number).ok()?;
+            Some(self.ids[at].1)
+        };
+        let mut bytes = Bytes::new(raw);
+        let spans = lines::decode::<Span>(&mut bytes, block.b, cells, face)?;
+        if let Some(empty) = spans.0.windows(2).position(|pair| pair[0] == pair[1]) {
+            return Err(format!("its line {empty} has no span"));
+        }
+        let layers = lines::decode::<Segment>(&mut bytes, block.b, cells, face)?;
+        bytes.end()?;
+        let from = wanted.start.max(block.a) - block.a;
+        let to = wanted.end.min(block.a + block.b) - block.a;
+        let (first, run) = (block.a + from, from as usize..to as usize);
+        let spans = cut(first, spans, &run);
+        let layers = cut(first, layers, &run);
+        // Sources may stand in another order here than in the file, and so may faces.
+        let layers = match layers.items() {
+            [] => layers,
+            _ => Layers::compute(layers.range(), |k, out| {
+                let start = out.len();
+                out.extend_from_slice(layers.line(k));
+                layer::normalize(out, start);
+            }),
+        };
+        Ok((spans, layers))
+    }
+}
+
+/// Some lines of many.
+fn cut<T: Copy + Send + Sync>(
+    first: u32,
+    (starts, items): (Vec<usize>, Vec<T>),
+    run: &Range<usize>,
+) -> crate::span::PerLine<T> {
+    let (from, to) = (starts[run.start], starts[run.end]);
+    if (from, to) == (0, items.len()) && starts.len() == run.len() + 1 {
+        return crate::span::PerLine::from_parts(first, starts, items);
+    }
+    let starts = starts[run.start..=run.end].iter().map(|start| start - from).collect();
+    crate::span::PerLine::from_parts(first, starts, items[from..to].to_vec())
+}
+
+/// The faces of all sources, and by ascending number in the file their source and place.
+#[expect(clippy::type_complexity, reason = "read in one place, taken apart in one place")]
+fn read_faces(
+    path: &Path,
+    file: &mut File,
+    blocks: &[Block],
+    sources: usize,
+) -> Result<(Vec<Faces>, Vec<(u32, usize, usize)>)> {
+    let mut tables: Vec<Faces> = (0..sources).map(|_| Faces::default()).collect();
+    let mut ids: Vec<(u32, usize, usize)> = Vec::new();
+    for block in blocks.iter().filter(|block| block.kind == Kind::Faces) {
+        let at = block.a as usize;
+        let body = block.read(path, file)?;
+        let raw = block.unpack(path, body)?;
+        let faces =
+            tables.get_mut(at).ok_or_else(|| block.fault(path, "there is no such source"))?;
+        let known = faces.ids.len();
+        faces.read(&raw, block.b).map_err(|fault| block.fault(path, fault))?;
+        let added = faces.ids[known..].iter().enumerate();
+        ids.extend(added.map(|(i, id)| (*id, at, known + i)));
+    }
+    ids.sort_unstable();
+    if let Some(pair) = ids.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        return Err(Error::in_file(
+            path,
+            format!("two of its faces have the number {}", pair[0].0),
+        ));
+    }
+    Ok((tables, ids))
+}
+
+/// What is known of a source's surfaces.
+enum Found {
+    Scene(Arc<dyn Surfaces>),
+    Nothing(Option<crate::fragment::Origin>, String),
+}
+
+/// The surfaces of all sources, and what became of the scenes.
+fn find_surfaces(
+    path: &Path,
+    file: &mut File,
+    blocks: &[Block],
+    head: &Head,
+    tables: &mut [Faces],
+    with_scenes: bool,
+) -> Result<(Vec<Found>, Vec<SceneState>)> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut contents: Vec<Option<Arc<[u8]>>> = vec![None; head.scenes.len()];
+    for block in blocks.iter().filter(|block| block.kind == Kind::Scene) {
+        let slot = contents.get_mut(block.a as usize);
+        let slot = slot.ok_or_else(|| block.fault(path, "there is no such scene in the head"))?;
+        *slot = Some(block.unpack(path, block.read(path, file)?)?.into());
+    }
+    let origins: Vec<_> = head
+        .scenes
+        .iter()
+        .zip(contents)
+        .map(|(scene, bytes)| scene.origin(folder, bytes))
+        .collect();
+    let mut states: Vec<SceneState> = origins
+        .iter()
+        .map(|origin| SceneState {
+            path: origin.file.clone(),
+            embedded: origin.contents.is_some(),
+            missing: None,
+        })
+        .collect();
+    let mut known: Vec<((usize, &str), Arc<Scene>)> = Vec::new();
+    let mut found = Vec::new();
+    for (source, faces) in head.sources.iter().zip(tables) {
+        let label = source.label.as_str();
+        let Some(at) = source.found_in else {
+            let why = format!("\"{label}\" was written without its scene");
+            found.push(Found::Nothing(None, why));
+            continue;
+        };
+        let origin = origins.get(at).ok_or_else(|| {
+            Error::in_file(
+                path,
+                format!("the source \"{label}\" is of the scene {at}, which is not listed"),
+            )
+        })?;
+        let scene = match known.iter().find(|(id, _)| *id == (at, label)) {
+            Some((_, scene)) => Ok(scene.clone()),
+            None if with_scenes => bundle::find(origin, label).map(Arc::new),
+            None => Err(Error::invalid("scenes were not asked for")),
+        };
+        let most = faces.ordinals().last().copied();
+        let scene =
+            scene.and_then(|scene| match most.is_none_or(|most| most < scene.part_count()) {
+                true => Ok(scene),
+                false => Err(Error::in_file(
+                    &origin.file,
+                    "the scene has fewer faces than its spans name",
+                )),
+            });
+        match scene {
+            Ok(scene) => {
+                found.push(Found::Scene(Arc::new(SceneSurfaces::new(scene.clone()))));
+                known.push(((at, label), scene));
+            }
+            Err(error) => {
+                let why = format!("the scene of \"{label}\" is not there ({error})");
+                if with_scenes {
+                    states[at].missing = Some(error.to_string());
+                }
+                found.push(Found::Nothing(Some(origin.clone()), why));
+            }
+        }
+    }
+    Ok((found, states))
+}

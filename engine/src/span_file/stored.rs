@@ -1,0 +1,136 @@
+//! What a file says of faces whose scene is not there.
+
+use std::sync::Arc;
+
+use crate::color::Color;
+use crate::error::{Error, Result};
+use crate::fragment::{Columns, Fragments, Origin, Surfaces};
+
+/// What a face looks like by itself: \[N]'s colour table.
+#[derive(Clone, Debug)]
+pub(super) struct Look {
+    pub(super) color: Color,
+    pub(super) alpha: f32,
+    pub(super) unlit: bool,
+    /// Whether the colour differs from place to place, and this is the one of one place.
+    pub(super) varies: bool,
+    pub(super) object: String,
+}
+
+/// The looks of a source's faces.
+#[derive(Debug, Default)]
+pub(super) struct Looks {
+    /// By ascending ordinal: paint, object, whether the colour varies, whether lights leave it alone.
+    faces: Vec<(u32, u32, u32, bool, bool)>,
+    paints: Vec<(Color, f32)>,
+    objects: Vec<String>,
+}
+
+impl Looks {
+    /// Adds colours; returns the place of the first.
+    pub(super) fn add_paints(&mut self, paints: impl Iterator<Item = (Color, f32)>) -> u32 {
+        let base = self.paints.len() as u32;
+        self.paints.extend(paints);
+        base
+    }
+
+    /// Adds names of objects; returns the place of the first.
+    pub(super) fn add_objects(&mut self, objects: impl Iterator<Item = String>) -> u32 {
+        let base = self.objects.len() as u32;
+        self.objects.extend(objects);
+        base
+    }
+
+    /// Adds a face; ordinals must ascend.
+    pub(super) fn push(
+        &mut self,
+        ordinal: u32,
+        paint: u32,
+        object: u32,
+        varies: bool,
+        unlit: bool,
+    ) {
+        self.faces.push((ordinal, paint, object, varies, unlit));
+    }
+
+    /// How many faces are stored with the colour of one place only.
+    pub(super) fn varying(&self) -> usize {
+        self.faces.iter().filter(|face| face.3).count()
+    }
+
+    fn of(&self, ordinal: u32) -> Option<&(u32, u32, u32, bool, bool)> {
+        let at = self.faces.binary_search_by_key(&ordinal, |face| face.0).ok()?;
+        Some(&self.faces[at])
+    }
+}
+
+/// The surfaces of a source whose scene is not there.
+#[derive(Debug)]
+pub(super) struct Stored {
+    pub(super) looks: Looks,
+    pub(super) origin: Option<Origin>,
+    /// Why the scene is not there.
+    pub(super) why: String,
+}
+
+impl Surfaces for Stored {
+    fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>) {
+        if !wanted.contains(Columns::COLOR) {
+            return;
+        }
+        for i in 0..fragments.len() {
+            let look = self.looks.of(fragments.ordinal[i]);
+            let paint =
+                look.map_or((Color::grey(0.8), 1.0), |look| self.looks.paints[look.1 as usize]);
+            fragments.color.push(paint.0);
+            fragments.alpha.push(paint.1);
+            fragments.unlit.push(look.is_some_and(|look| look.4));
+        }
+    }
+
+    fn varying(&self, _: u32) -> Columns {
+        Columns::NONE
+    }
+
+    fn object(&self, ordinal: u32) -> String {
+        let look = self.looks.of(ordinal);
+        look.map_or(String::new(), |look| self.looks.objects[look.2 as usize].clone())
+    }
+
+    fn origin(&self) -> Option<Origin> {
+        self.origin.clone()
+    }
+
+    fn offers(&self, wanted: Columns) -> Result<()> {
+        if wanted.meets(Columns::NORMAL) {
+            let why = &self.why;
+            return Err(Error::invalid(format!(
+                "normals are asked for (by lights, or as a channel), and {why}: its span file knows depth \
+                 and colour only"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// The looks of the faces of one source's fragments; `varies` says of which the colour differs from place
+/// to place.
+pub(super) fn looks(
+    fragments: &Fragments<'_>,
+    varies: impl Fn(u32) -> bool,
+    object: impl Fn(u32) -> String,
+) -> Vec<Look> {
+    let look = |i: usize| Look {
+        color: fragments.color[i],
+        alpha: fragments.alpha[i],
+        unlit: fragments.unlit.get(i).copied().unwrap_or(false),
+        varies: varies(fragments.ordinal[i]),
+        object: object(fragments.ordinal[i]),
+    };
+    (0..fragments.len()).map(look).collect()
+}
+
+/// The surfaces that a stored source has.
+pub(super) fn surfaces(looks: Looks, origin: Option<Origin>, why: String) -> Arc<dyn Surfaces> {
+    Arc::new(Stored { looks, origin, why })
+}

@@ -1,0 +1,257 @@
+//! Writing span files.
+
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+
+use super::block::{self, Kind, Packed};
+use super::faces;
+use super::head::{Head, SceneHead};
+use super::lines::Encoder;
+use super::stored::{Look, looks};
+use crate::error::{Error, Result};
+use crate::fragment::{Columns, Fragments};
+use crate::key::Key;
+use crate::output;
+use crate::raster::Rows;
+use crate::scene::read::bundle;
+use crate::span::{Seen, Source, Span, SpanImage, Stage};
+
+/// Lines in a block: what is read at once where one of them is wanted.
+const BLOCK_LINES: u32 = 256;
+/// A block is closed early when its lines take more bytes than this.
+const BLOCK_BYTES: usize = 1 << 22;
+
+/// What of the scenes goes into a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scenes {
+    /// Where they are and a hash of what they are; those that came within a span file stay within.
+    #[default]
+    ByPath,
+    /// All that they hold.
+    Embedded,
+    /// Nothing: lights find no normals any more.
+    Left,
+}
+
+/// How a file is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// What of the scenes goes into it.
+    pub scenes: Scenes,
+    /// Whether faces are stored as they are shaded, \[N]'s stored intensities, and not as they are by
+    /// themselves with what shades them. Nothing shades them again then but what acts on colour and depth.
+    pub shaded: bool,
+}
+
+/// What was written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Written {
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// Opaque spans, background included.
+    pub spans: u64,
+    /// Segments of translucent faces.
+    pub segments: u64,
+    /// Faces.
+    pub faces: u64,
+    /// Faces whose colour differs from place to place, of which one place's is stored.
+    pub varying: u64,
+}
+
+/// Writes an image to a file, whole or not at all.
+///
+/// # Errors
+/// If the file cannot be written, a scene that should be embedded is not what it was, or colours that should
+/// be stored need a scene that is not there.
+pub fn write(image: &SpanImage, path: &Path, options: Options) -> Result<Written> {
+    let mut written = Written::default();
+    let bytes = output::write(path, |out| {
+        let mut writer = Writer::new(out, path, image, image.rows(), options)?;
+        writer.lines(image)?;
+        written = writer.finish()?;
+        Ok(())
+    })?;
+    Ok(Written { bytes, ..written })
+}
+
+/// Writes a file part by part, rows after rows.
+pub(super) struct Writer<'w, W: Write> {
+    out: &'w mut W,
+    path: &'w Path,
+    /// The image's sources; its lines are not looked at.
+    frame: SpanImage,
+    options: Options,
+    seen: Seen,
+    /// The next line to come.
+    next: u32,
+    blocks: u32,
+    written: Written,
+}
+
+impl<'w, W: Write> Writer<'w, W> {
+    /// Begins a file of the rows `rows` with the sources of `frame`.
+    pub(super) fn new(
+        out: &'w mut W,
+        path: &'w Path,
+        frame: &SpanImage,
+        rows: Rows,
+        options: Options,
+    ) -> Result<Writer<'w, W>> {
+        let mut head = Head::new(frame.view(), frame.plan(), &rows);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut contents: BTreeMap<usize, Arc<[u8]>> = BTreeMap::new();
+        for source in frame.sources() {
+            if options.shaded {
+                source.surfaces.offers(source.reads())?;
+                head.add(&baked(source), None);
+                continue;
+            }
+            let origin = source.surfaces.origin().filter(|_| options.scenes != Scenes::Left);
+            let embeds = |within: bool| within || options.scenes == Scenes::Embedded;
+            let scene = origin
+                .as_ref()
+                .map(|origin| SceneHead::new(origin, folder, embeds(origin.contents.is_some())));
+            head.add(source, scene);
+            let place = head.sources.last().and_then(|source| source.found_in);
+            if let (Some(origin), Some(place)) = (origin, place)
+                && head.scenes[place].embedded
+                && !contents.contains_key(&place)
+            {
+                contents.insert(place, bundle::pack(&origin)?);
+            }
+            if options.scenes == Scenes::Embedded && place.is_none() {
+                let label = &source.label;
+                return Err(Error::invalid(format!(
+                    "\"{label}\" comes from no scene file, so that there is nothing to embed: write it \
+                     with `scenes: ByPath`"
+                )));
+            }
+        }
+        let mut writer = Writer {
+            out,
+            path,
+            frame: frame.clone(),
+            options,
+            seen: Seen::new(frame.face_count()),
+            next: frame.plan().lines(&rows).start,
+            blocks: 0,
+            written: Written::default(),
+        };
+        let text = serde_json::to_vec_pretty(&head)
+            .map_err(|e| Error::output(path, format!("its head cannot be written: {e}")))?;
+        block::write_preface(writer.out).map_err(|e| Error::output(path, e))?;
+        writer.put(&Packed::new(Kind::Head, 0, 0, text))?;
+        for (place, contents) in contents {
+            writer.put(&Packed::new(Kind::Scene, place as u32, 0, contents.to_vec()))?;
+        }
+        Ok(writer)
+    }
+
+    fn put(&mut self, packed: &Packed) -> Result<()> {
+        self.blocks += 1;
+        packed.write(self.out).map_err(|e| Error::output(self.path, e))
+    }
+
+    /// Writes the lines of an image that are not written yet; it has the sources of the frame, and rows that
+    /// follow those before.
+    pub(super) fn lines(&mut self, image: &SpanImage) -> Result<()> {
+        self.seen.add(image);
+        let all = self.next..image.lines().range().end;
+        self.next = all.end;
+        let count = all.end.saturating_sub(all.start).div_ceil(BLOCK_LINES);
+        let runs: Vec<Range<u32>> = (0..count)
+            .map(|i| all.start + i * BLOCK_LINES)
+            .map(|first| first..all.end.min(first + BLOCK_LINES))
+            .collect();
+        let packed: Vec<Vec<Packed>> = runs.into_par_iter().map(|run| pack(image, run)).collect();
+        packed.iter().flatten().try_for_each(|packed| self.put(packed))?;
+        for k in all {
+            self.written.spans += image.lines().line(k).len() as u64;
+            self.written.segments += image.layers().line(k).len() as u64;
+        }
+        Ok(())
+    }
+
+    /// Writes the faces that were seen, and the end.
+    pub(super) fn finish(mut self) -> Result<Written> {
+        for at in 0..self.frame.sources().len() {
+            let (frame, seen, shaded) = (&self.frame, &self.seen, self.options.shaded);
+            let places = seen.places(frame, at);
+            let chunks: Vec<(Packed, usize)> = places
+                .par_chunks(faces::CHUNK)
+                .map(|places| {
+                    let table = &frame.sources()[at].faces;
+                    let looks = looks_of(frame, seen, at, places, shaded);
+                    let varying = looks.iter().filter(|look| look.varies).count();
+                    let raw = faces::encode(table, places, frame.id(at, 0).0, &looks);
+                    (Packed::new(Kind::Faces, at as u32, places.len() as u32, raw), varying)
+                })
+                .collect();
+            self.written.faces += places.len() as u64;
+            for (packed, varying) in chunks {
+                self.written.varying += varying as u64;
+                self.put(&packed)?;
+            }
+        }
+        let end = Packed::new(Kind::End, self.blocks, 0, Vec::new());
+        end.write(self.out).map_err(|e| Error::output(self.path, e))?;
+        Ok(self.written)
+    }
+}
+
+/// What faces of a source look like, each where it is seen: by themselves, or shaded.
+fn looks_of(frame: &SpanImage, seen: &Seen, at: usize, places: &[u32], shaded: bool) -> Vec<Look> {
+    let source = &frame.sources()[at];
+    let raster = frame.view().raster();
+    let mut fragments = Fragments::new(frame.view());
+    for place in places {
+        let face = &source.faces.faces()[*place as usize];
+        let (x, y) = match seen.at(frame.id(at, *place as usize)) {
+            Some((k, cell)) => (raster.pixels(cell), frame.plan().y(k)),
+            // A face of which only seals are seen.
+            None => source.faces.rings(face).next().map_or((0.0, 0.0), |ring| ring.point(0).into()),
+        };
+        fragments.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
+    }
+    let object = |ordinal| source.surfaces.object(ordinal);
+    if shaded {
+        source.shade(&mut fragments);
+        fragments.unlit = vec![true; fragments.len()];
+        looks(&fragments, |ordinal| !source.shades_alike(ordinal), object)
+    } else {
+        source.fill(Columns::COLOR, &mut fragments);
+        let varies = |ordinal| source.surfaces.varying(ordinal).meets(Columns::COLOR);
+        looks(&fragments, varies, object)
+    }
+}
+
+/// A source whose colours are those that its stack made.
+fn baked(source: &Source) -> Source {
+    let stages: Vec<Key> = source.stack.iter().map(Key::of::<Stage>).collect();
+    let scene = Key::of(&("shaded", source.scene, stages));
+    Source { scene, stack: Vec::new(), ..source.clone() }
+}
+
+/// Packs lines into one block, or more if they are long.
+fn pack(image: &SpanImage, run: Range<u32>) -> Vec<Packed> {
+    let mut packed = Vec::new();
+    let mut first = run.start;
+    let (mut spans, mut layers) = (Encoder::<Span>::new(), Encoder::new());
+    for k in run.clone() {
+        spans.line(image.lines().line(k));
+        layers.line(image.layers().line(k));
+        if k + 1 == run.end || spans.bytes() + layers.bytes() > BLOCK_BYTES {
+            let mut raw = Vec::new();
+            spans.finish(&mut raw);
+            layers.finish(&mut raw);
+            packed.push(Packed::new(Kind::Lines, first, k + 1 - first, raw));
+            (spans, layers) = (Encoder::new(), Encoder::new());
+            first = k + 1;
+        }
+    }
+    packed
+}

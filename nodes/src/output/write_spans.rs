@@ -1,0 +1,120 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::graph::node::{FieldError, OutFile};
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::raster::Raster;
+use spandrel_engine::resolve::Rule;
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::span_file::{self, Options};
+use spandrel_engine::values::{Delivery, Lines, Override};
+use spandrel_engine::{Error, Result};
+
+/// Writes an image of spans to a .span file: visibility, solved once, for merging, lighting and resolving at
+/// any scale later. The file is whole or not there: it is written beside its place and then renamed.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct WriteSpans {
+    /// The image.
+    pub image: Link<SpanImage>,
+    /// The file, ending in `.span`. Folders are made as needed.
+    pub path: OutFile,
+    /// Width and height in pixels for which visibility is solved, each 1 to 65536.
+    pub size: (u32, u32),
+    /// The rule for which lines are written, as `Resolve` has it: `Sloped(n)` and `Sampled(n, Box)` have the same
+    /// lines, `Sampled(n, Trapezoid)` has others.
+    pub lines: Rule,
+    /// What of the scenes goes into the file: `ByPath`, where they are and a hash of what they are; `Embedded`,
+    /// all that they hold; `Left`, nothing: then no light can be set any more.
+    pub scenes: Scenes,
+    /// Store faces as they are shaded, not as they are by themselves with what shades them. Of a face whose shading
+    /// differs from place to place, one place's is stored.
+    pub shaded: bool,
+}
+
+/// What of the scenes goes into a span file.
+#[derive(Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
+pub enum Scenes {
+    /// Where they are and what they are.
+    #[default]
+    ByPath,
+    /// All that they hold.
+    Embedded,
+    /// Nothing.
+    Left,
+}
+
+impl Default for WriteSpans {
+    fn default() -> WriteSpans {
+        WriteSpans {
+            image: Link::default(),
+            path: OutFile::default(),
+            size: (1280, 720),
+            lines: Rule::Sloped(8),
+            scenes: Scenes::ByPath,
+            shaded: false,
+        }
+    }
+}
+
+impl Node for WriteSpans {
+    type Output = Delivery;
+    const KIND: &'static str = "WriteSpans";
+    const GROUP: &'static str = "output";
+    const ALIASES: &'static [&'static str] = &["DeepWrite", "WriteDeep"];
+
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        let at = |field| move |e: Error| FieldError::new(field, e.to_string());
+        if std::path::Path::new(&self.path.0).extension().is_none_or(|e| e != "span") {
+            return Err(FieldError::new(
+                "path",
+                "name a file that ends in .span, such as \"out/town.span\"",
+            ));
+        }
+        if self.lines.tolerance().is_some() {
+            return Err(FieldError::new(
+                "lines",
+                "a file holds the lines of `Sloped` or `Sampled`: it cannot be asked for more",
+            ));
+        }
+        Raster::new(self.size.0, self.size.1).map_err(at("size"))?;
+        self.lines.plan().map_err(at("lines"))?;
+        Ok(())
+    }
+
+    fn demand(&self, wanted: &Override, upstream: &mut Upstream<'_>) -> Result<()> {
+        if wanted.no_clobber {
+            let path = upstream.directory().join(&self.path.0);
+            if path.exists() {
+                return Err(Error::output(path, "it exists, and --no-clobber leaves it alone"));
+            }
+        }
+        let (width, height) = wanted.size.unwrap_or(self.size);
+        let raster = Raster::new(width, height)?;
+        let rows = match wanted.window {
+            Some(window) => {
+                window.y.min(height)..(window.y.saturating_add(window.height)).min(height)
+            }
+            None => 0..height,
+        };
+        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows });
+        Ok(())
+    }
+
+    fn evaluate(&self, _: &Override, inputs: &Inputs<'_>) -> Result<Delivery> {
+        let path = self.path.resolve(inputs);
+        let scenes = match self.scenes {
+            Scenes::ByPath => span_file::Scenes::ByPath,
+            Scenes::Embedded => span_file::Scenes::Embedded,
+            Scenes::Left => span_file::Scenes::Left,
+        };
+        let options = Options { scenes, shaded: self.shaded };
+        let written = span_file::write(&inputs.get(&self.image), &path, options)?;
+        if self.shaded && written.varying > 0 {
+            inputs.warn(&format!(
+                "{} of {} faces are not shaded alike all over: of each the colour of one place is stored",
+                written.varying, written.faces
+            ));
+        }
+        Ok(Delivery { path, bytes: written.bytes })
+    }
+}
