@@ -4,10 +4,12 @@ use glam::DVec3;
 use spandrel_engine::image::Image;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::Mesh;
+use spandrel_engine::shade::PictureColors;
 use spandrel_engine::span::{DepthRange, Keep, SpanImage};
 use spandrel_engine::visible;
 use spandrel_tests::scenes;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 const SIZE: (u32, u32) = (48, 36);
 const RULE: Rule = Rule::Sampled(4, Weighting::Box);
@@ -190,4 +192,39 @@ fn a_holdout_holds_out_nothing_that_comes_later() {
     let behind = render("behind", mesh(None, -1.0));
     let both = SpanImage::merge(&[held, behind]).unwrap();
     assert!(close(rgba(&both), [0.8, 0.8, 0.8, 1.0]), "{:?}", rgba(&both));
+}
+
+#[test]
+fn a_flat_picture_put_on_its_surfaces_comes_out_again() {
+    for seed in 0..10 {
+        let image = render("image", scenes::random_faces(seed, 15));
+        // Anything with the alpha of the image: here, the image turned to other colours after resolving.
+        let flat = picture(&image);
+        let (width, height) = SIZE;
+        let pixels: Vec<[f32; 4]> = (0..height)
+            .flat_map(|y| (0..width).map(move |x| (x, y)))
+            .map(|(x, y)| {
+                let a = flat.rgba(x, y)[3];
+                [a * 0.5, a * x as f32 / width as f32, a * (y % 5) as f32, a]
+            })
+            .collect();
+        let colors = PictureColors::new(width, height, &pixels).unwrap();
+        let recolored = image.shaded(Arc::new(colors)).unwrap();
+        let again = picture(&recolored);
+        for (i, expected) in pixels.iter().enumerate() {
+            let found = again.rgba(i as u32 % width, i as u32 / width);
+            let apart = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
+            assert!(
+                apart.fold(0.0, f32::max) < 1e-5,
+                "seed {seed} pixel {i}: {found:?} {expected:?}"
+            );
+        }
+        // The colours go with the surfaces: what is merged before them hides them.
+        let wall = render("wall", scenes::random_faces(seed + 50, 3));
+        let merged = picture(&SpanImage::merge(&[recolored, wall.clone()]).unwrap());
+        let alone = picture(&SpanImage::merge(&[image, wall]).unwrap());
+        let mut alphas = merged.float("A").unwrap().iter().zip(alone.float("A").unwrap());
+        assert!(alphas.all(|(a, b)| (a - b).abs() < 1e-6), "seed {seed}");
+        assert_eq!(merged.float("Z"), alone.float("Z"));
+    }
 }

@@ -151,6 +151,7 @@ impl Demand for Picture {
 impl Value for Image {
     type Demand = Picture;
     const NAME: &'static str = "Image";
+    const READER: Option<&'static str> = Some("Read");
 
     fn bytes(&self) -> usize {
         Image::bytes(self)

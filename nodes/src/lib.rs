@@ -6,7 +6,9 @@
 
 /// Pictures.
 pub mod image {
+    mod read;
     mod resolve;
+    pub use read::Read;
     pub use resolve::Resolve;
 }
 
@@ -35,9 +37,11 @@ pub mod shade {
     mod fog;
     mod illuminate;
     mod recolor;
+    mod recolor_from;
     pub use fog::Fog;
     pub use illuminate::Illuminate;
     pub use recolor::Recolor;
+    pub use recolor_from::RecolorFrom;
 }
 
 /// Scenes and cameras.
@@ -73,6 +77,7 @@ use spandrel_engine::graph::Registry;
 /// Adds all kinds of node of this library.
 pub fn register(registry: &mut Registry) {
     registry
+        .register::<image::Read>()
         .register::<image::Resolve>()
         .register::<light::ParallelLight>()
         .register::<output::Write>()
@@ -81,6 +86,7 @@ pub fn register(registry: &mut Registry) {
         .register::<shade::Fog>()
         .register::<shade::Illuminate>()
         .register::<shade::Recolor>()
+        .register::<shade::RecolorFrom>()
         .register::<source::Camera>()
         .register::<source::ReadScene>()
         .register::<source::ReadSpans>()

@@ -3,9 +3,11 @@
 pub mod fog;
 pub mod illuminate;
 pub mod light;
+pub mod picture;
 pub mod recolor;
 
 pub use fog::Fog;
 pub use illuminate::Illuminate;
 pub use light::{Light, ParallelLight};
+pub use picture::PictureColors;
 pub use recolor::Recolor;

@@ -35,7 +35,7 @@ impl Node for Recolor {
     type Output = SpanImage;
     const KIND: &'static str = "Recolor";
     const GROUP: &'static str = "shade";
-    const ALIASES: &'static [&'static str] = &["DeepRecolor", "Grade", "ColorCorrect", "DeepGrade"];
+    const ALIASES: &'static [&'static str] = &["Grade", "ColorCorrect", "DeepGrade"];
 
     fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());

@@ -23,7 +23,7 @@ impl Node for ReadSpans {
     type Output = SpanImage;
     const KIND: &'static str = "ReadSpans";
     const GROUP: &'static str = "source";
-    const ALIASES: &'static [&'static str] = &["DeepRead", "ReadDeep", "Read"];
+    const ALIASES: &'static [&'static str] = &["DeepRead", "ReadDeep"];
 
     fn demand(&self, _: &Lines, _: &mut Upstream<'_>) -> Result<()> {
         Ok(())

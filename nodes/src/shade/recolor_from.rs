@@ -1,0 +1,51 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::image::Image;
+use spandrel_engine::resolve::Channel;
+use spandrel_engine::shade::PictureColors;
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::values::{Lines, Override, Picture};
+use spandrel_engine::{Error, Result};
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// Gives the surfaces of an image the colours of a flat picture of it: what was graded or painted by other means
+/// goes back onto them, and merges, hides and is hidden as they do. A picture of another size is stretched over the
+/// image, as if thrown from the camera.
+#[derive(Serialize, Deserialize, JsonSchema, Default)]
+#[serde(deny_unknown_fields, default)]
+pub struct RecolorFrom {
+    /// The image.
+    pub image: Link<SpanImage>,
+    /// The picture.
+    pub picture: Link<Image>,
+}
+
+impl Node for RecolorFrom {
+    type Output = SpanImage;
+    const KIND: &'static str = "RecolorFrom";
+    const GROUP: &'static str = "shade";
+    const ALIASES: &'static [&'static str] = &["DeepRecolor", "DeepFromImage", "Project3D"];
+
+    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.image, wanted.clone());
+        let size = Some((wanted.raster.width, wanted.raster.height));
+        let changed = Override { size, ..Override::default() };
+        upstream
+            .ask(&self.picture, Picture { channels: BTreeSet::from([Channel::Color]), changed });
+        Ok(())
+    }
+
+    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let picture = inputs.get(&self.picture);
+        let window = picture.window;
+        let pixels: Vec<[f32; 4]> = (0..window.height)
+            .flat_map(|y| (0..window.width).map(move |x| (x, y)))
+            .map(|(x, y)| picture.rgba(x, y))
+            .collect();
+        let colors = PictureColors::new(window.width, window.height, &pixels)
+            .ok_or_else(|| Error::invalid("the picture has no pixels"))?;
+        inputs.get(&self.image).shaded(Arc::new(colors))
+    }
+}
