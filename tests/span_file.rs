@@ -7,7 +7,7 @@ use spandrel_engine::raster::{LinePlan, Phase, Raster, Rows};
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::shade::{Fog, Illuminate, ParallelLight};
-use spandrel_engine::span::{Keep, SpanImage};
+use spandrel_engine::span::{Keep, SpanImage, Stage};
 use spandrel_engine::span_file::{self, Options, Scenes, SpanFile};
 use spandrel_engine::visible::render;
 use spandrel_tests::program::Scratch;
@@ -258,7 +258,8 @@ fn stored_intensities_are_the_shaded_colours() {
     assert_eq!(written.varying, 0, "flat faces under parallel light are alike all over");
     let file = SpanFile::open(&path).unwrap();
     let back = file.read(0..40).unwrap();
-    assert!(back.sources().iter().all(|source| source.stack.is_empty()));
+    let is_kept = |stage: &Stage| matches!(stage, Stage::Kept(_));
+    assert!(back.sources().iter().all(|source| source.stack.iter().all(is_kept)));
     let (a, b) = (picture(&back, &[Channel::Color]), picture(&lit, &[Channel::Color]));
     assert!(a.channels().eq(b.channels()));
     // They are light already: no light acts on them again, fog does.
@@ -513,4 +514,88 @@ fn any_program_can_write_one() {
     assert_eq!(red[8..], [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(green[8..], [0.0, 0.0, 0.0, 0.0, 0.5, 0.5, 0.0, 0.0]);
     assert_eq!(z[8 + 3..8 + 6], [10.0, 8.0, 8.0]);
+}
+
+#[test]
+fn parts_of_one_scene_merge_with_the_colours_and_names_of_all() {
+    let scratch = Scratch::new("parts_of_one_scene");
+    let path = |name: &str| scratch.path().join(name);
+    let view = front_view(64, 48);
+    let whole = image(2, true, &view, plans()[0], 0..48);
+    let halves = [whole.cropped(0.0..32.0, 0.0..48.0), whole.cropped(32.0..64.0, 0.0..48.0)];
+    let everything = [Channel::Color, Channel::Z, Channel::Id];
+    let expected = picture(&SpanImage::merge(&halves).unwrap(), &everything);
+    let files = [path("left.span"), path("right.span")];
+    for (image, file) in halves.iter().zip(&files) {
+        // There is no scene file: what is stored is all there is.
+        let written = span_file::write(image, file, Options::default()).unwrap();
+        assert!(written.faces < whole.pruned().unwrap().face_count() as u64);
+    }
+    for order in [[0, 1], [1, 0]] {
+        let merged = path("merged.span");
+        let inputs = order.map(|i| files[i].as_path());
+        span_file::merge(&inputs, &merged, &|_, _| {}).unwrap();
+        let read = |path: &Path| {
+            let file = SpanFile::open(path).unwrap();
+            file.read(file.rows()).unwrap()
+        };
+        let from_file = picture(&read(&merged), &everything);
+        assert!(from_file.channels().eq(expected.channels()));
+        let in_memory = SpanImage::merge(&inputs.map(read)).unwrap();
+        assert!(picture(&in_memory, &everything).channels().eq(expected.channels()));
+        // What was just rendered knows all faces, whichever comes first.
+        let pair = [read(&files[0]), halves[1].clone()];
+        let mixed = SpanImage::merge(&order.map(|i| pair[i].clone())).unwrap();
+        assert!(picture(&mixed, &[Channel::N]).channels().count() == 3);
+        assert!(picture(&mixed, &everything).channels().eq(expected.channels()));
+    }
+}
+
+#[test]
+fn storing_intensities_keeps_the_order_of_what_coincides() {
+    let scratch = Scratch::new("storing_intensities_keeps");
+    let path = scratch.path().join("a.span");
+    let view = front_view(40, 30);
+    let fog = |density| Fog { density, color: Color::WHITE, start: 0.0 };
+    for seed in 0..30 {
+        // One scene, shaded in several ways: all faces coincide, and the order of sources decides.
+        let base = image(seed, true, &view, plans()[0], 0..30);
+        let shaded = |density: f32| base.shaded(Arc::new(fog(density))).unwrap();
+        let twice = shaded(0.2).shaded(Arc::new(fog(0.1))).unwrap();
+        let held = base.held(&shaded(0.3), Keep::Outside).unwrap();
+        let image =
+            SpanImage::merge(&[base.clone(), shaded(0.1), shaded(0.2), twice, held]).unwrap();
+        let options = Options { shaded: true, scenes: Scenes::Left };
+        span_file::write(&image, &path, options).unwrap();
+        let file = SpanFile::open(&path).unwrap();
+        let back = file.read(0..30).unwrap();
+        assert_eq!(back.lines(), image.pruned().unwrap().lines(), "seed {seed}");
+        assert_eq!(back.layers(), image.pruned().unwrap().layers(), "seed {seed}");
+        // It is not the image that can be shaded anew.
+        assert!(back.sources().iter().all(|s| image.sources().iter().all(|t| s.order(t).is_ne())));
+    }
+}
+
+#[test]
+fn a_file_holds_what_its_documentation_allows() {
+    let scratch = Scratch::new("a_file_holds_what");
+    let path = scratch.path().join("a.span");
+    let sound = blocks(&sample(&path));
+    let error = |blocks: &[([u8; 4], u32, u32, Vec<u8>)]| {
+        try_read(&path, &file_of(blocks)).unwrap_err().to_string()
+    };
+    let mut twice = sound.clone();
+    twice.insert(1, sound[0].clone());
+    twice.last_mut().unwrap().1 += 1;
+    assert!(error(&twice).contains("it is there twice"));
+    let mut missing = sound.clone();
+    missing.retain(|(kind, ..)| kind != b"line");
+    missing.last_mut().unwrap().1 -= 1;
+    assert!(error(&missing).contains("its lines end with 0, not 80"));
+    let mut many = sound.clone();
+    many[1].2 = 5000;
+    assert!(error(&many).contains("at most 4096 lines"), "{}", error(&many));
+    let mut uncounted = sound;
+    uncounted.last_mut().unwrap().1 += 1;
+    assert!(error(&uncounted).contains("blocks stand before it"));
 }

@@ -189,6 +189,9 @@ pub(crate) struct Merge {
     /// The file to write, ending in .span.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
+    /// Leave the file alone if it exists.
+    #[arg(long)]
+    pub(crate) no_clobber: bool,
     /// Print nothing but errors.
     #[arg(short, long)]
     pub(crate) quiet: bool,

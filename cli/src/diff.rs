@@ -49,9 +49,13 @@ fn spans(args: &Diff) -> Result<bool> {
             out,
             ", the first at y = {first}; {share:.6} % of the picture show another face"
         );
+        if found.translucent > 0.0 {
+            let share = found.translucent * 100.0;
+            let _ = write!(out, ", and {share:.6} % of a picture are translucent in one only");
+        }
     }
     print::out(&(out + "\n"));
-    Ok(found.area <= args.tolerance && (differing == 0 || args.tolerance > 0.0))
+    Ok(found.area + found.translucent <= args.tolerance && (differing == 0 || args.tolerance > 0.0))
 }
 
 fn pictures(args: &Diff) -> Result<bool> {

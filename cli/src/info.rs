@@ -75,7 +75,7 @@ fn spans(path: &Path) -> Result<String> {
     };
     let _ = writeln!(out, "  seen from {eye} towards {at}, {lens}");
     let (mut spans, mut segments) = (0, 0);
-    for part in file.parts() {
+    for part in SpanFile::parts(&[&file]) {
         let image = file.read(part)?;
         spans += image.lines().items().len() as u64;
         segments += image.layers().items().len() as u64;
@@ -108,6 +108,7 @@ fn spans(path: &Path) -> Result<String> {
             .map(|stage| match stage {
                 Stage::Shade(shader) => shader.typetag_name().to_owned(),
                 Stage::Place(_) => "moved".to_owned(),
+                Stage::Kept(_) => "stored as shaded".to_owned(),
             })
             .collect();
         let stack = match stages.is_empty() {

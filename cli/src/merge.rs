@@ -14,6 +14,23 @@ pub(crate) fn run(args: &Merge) -> u8 {
         print::error(format!("-o {}: name a file that ends in .span", args.output.display()));
         return exit::USAGE;
     }
+    let real = |path: &Path| std::fs::canonicalize(path).ok();
+    if real(&args.output)
+        .is_some_and(|out| args.inputs.iter().any(|i| real(i).is_some_and(|i| i == out)))
+    {
+        print::error(format!(
+            "-o {}: it is one of the inputs: name another file",
+            args.output.display()
+        ));
+        return exit::USAGE;
+    }
+    if args.no_clobber && args.output.exists() {
+        print::error(format!(
+            "{}: it exists, and --no-clobber leaves it alone",
+            args.output.display()
+        ));
+        return exit::FAILED;
+    }
     let is_shown = !args.quiet && std::io::stderr().is_terminal();
     let target = if is_shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(None, target);

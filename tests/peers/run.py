@@ -93,7 +93,7 @@ def graph(folder, width, height):
     text = f"""Graph(nodes: {{
         "town": DepthMerge(inputs: [{names}]),
         "picture": Resolve(image: "town", size: ({width}, {height}), lines: Sloped(8)),
-        "file": Write(image: "picture", path: "spans.exr", bits: 32),
+        "file": Write(image: "picture", path: "spans.exr"),
     }})"""
     (folder / "merge.ron").write_text(text)
 
@@ -131,7 +131,7 @@ def main():
         merge = [oiiotool, work / "0.exr"]
         for i in range(1, 4):
             merge += [work / f"{i}.exr", "--deepmerge"]
-        merge += ["--flatten", "-d", "float", "-o", work / "deep.exr"]
+        merge += ["--flatten", "-o", work / "deep.exr"]
         graph(work, width, height)
         deep_seconds = timed(*merge)
         span_seconds = timed(target / "spandrel", "render", work / "merge.ron", "-q")

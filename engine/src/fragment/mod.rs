@@ -16,6 +16,7 @@ mod columns;
 pub use columns::Columns;
 
 use glam::{DVec3, Vec3};
+use std::any::Any;
 use std::fmt::Debug;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -121,7 +122,7 @@ impl<'v> Fragments<'v> {
 }
 
 /// What a source knows of its faces beyond their geometry on the screen.
-pub trait Surfaces: Send + Sync + Debug {
+pub trait Surfaces: Any + Send + Sync + Debug {
     /// Fills the columns `wanted` (of colour and normal) of a batch of this source's fragments.
     fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>);
 
@@ -138,6 +139,11 @@ pub trait Surfaces: Send + Sync + Debug {
     /// If it cannot: what is missing.
     fn offers(&self, _wanted: Columns) -> Result<()> {
         Ok(())
+    }
+
+    /// Surfaces that know the faces of both, where neither knows all faces of their scene.
+    fn united(&self, _other: &dyn Surfaces) -> Option<Arc<dyn Surfaces>> {
+        None
     }
 
     /// Where it comes from, for files that hold images of it.

@@ -3,13 +3,17 @@
 //! Colours and normals are half or float as asked; distances and positions are always float, ids
 //! always whole numbers. What ids mean is in the attribute `spandrel/names`, one `id name` to a line.
 
+use exr::block::writer::ChunksWriter;
+use exr::block::{self, BlockIndex, UncompressedBlock, enumerate_ordered_header_block_indices};
+use exr::image::write::layers::{LayersWriter, WritableLayers};
 use exr::meta::MetaData;
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
     AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image as ExrImage,
     ImageAttributes, IntegerBounds, Layer, LayerAttributes, ReadChannels, ReadLayers, SmallVec,
-    Text, Vec2, WritableImage, f16,
+    Text, Vec2, f16,
 };
+use rayon::prelude::*;
 use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
@@ -18,6 +22,9 @@ use crate::error::{Error, Result};
 
 /// The attribute that says what ids mean.
 const NAMES: &str = "spandrel/names";
+
+/// Blocks of 16 rows that are packed at once.
+const BLOCKS: usize = 64;
 
 /// Bytes that one byte of a deflated file can stand for, at most.
 const MOST_DEFLATED: u64 = 1032;
@@ -56,13 +63,26 @@ pub(super) fn write(
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::default() };
     let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels));
     let whole = IntegerBounds::from_dimensions((image.size.0 as usize, image.size.1 as usize));
-    ExrImage::empty(ImageAttributes::new(whole))
-        .with_layer(layer)
-        .write()
-        // The library would start threads of its own.
-        .non_parallel()
-        .to_buffered(out)
-        .map_err(|e| Error::output(path, e))
+    let image = ExrImage::empty(ImageAttributes::new(whole)).with_layer(layer);
+    let headers = image.layer_data.infer_headers(&image.attributes);
+    let layers = image.layer_data.create_writer(&headers);
+    // The library would start threads of its own; so its blocks are packed by ours, some at a time.
+    block::write(out, headers, true, |meta, chunks| {
+        let blocks: Vec<_> = enumerate_ordered_header_block_indices(&meta.headers).collect();
+        for some in blocks.chunks(BLOCKS) {
+            let pack = |(place, index): &(usize, BlockIndex)| {
+                let data = layers.extract_uncompressed_block(&meta.headers, *index);
+                let block = UncompressedBlock { index: *index, data };
+                block.compress_to_chunk(&meta.headers).map(|chunk| (*place, chunk))
+            };
+            for packed in some.par_iter().map(pack).collect::<Vec<_>>() {
+                let (place, chunk) = packed?;
+                chunks.write_chunk(place, chunk)?;
+            }
+        }
+        Ok(())
+    })
+    .map_err(|e| Error::output(path, e))
 }
 
 /// Reads all channels of all flat layers; those of a named layer as `layer.channel`. What lies outside

@@ -400,7 +400,8 @@ impl FaceTableBuilder {
     /// Adds a face with the rings given as indices of points; returns its place in the table.
     ///
     /// # Errors
-    /// If a coefficient of its plane is not finite, ordinals do not increase or the table is full.
+    /// If a coefficient of its plane is not finite, ordinals do not increase, a seal lies on no face
+    /// before it, or the table is full.
     pub fn face<'r>(
         &mut self,
         head: FaceHead,
@@ -410,6 +411,14 @@ impl FaceTableBuilder {
         let plane = check_plane(plane, ordinal)?;
         if self.table.faces.last().is_some_and(|last| last.ordinal >= ordinal) {
             return Err(Error::invalid("faces must be added by ascending ordinal"));
+        }
+        if let Role::Seal(parent) = role {
+            let under = self.table.faces.get(parent as usize).map(|face| face.role);
+            if under != Some(Role::Face) {
+                return Err(Error::invalid(format!(
+                    "the seal {ordinal} lies on no face before it"
+                )));
+            }
         }
         let first_corner = self.table.corners.len();
         let mut ring_count = 0;

@@ -42,6 +42,19 @@ pub enum Stage {
     Shade(Arc<dyn Shader>),
     /// Its faces are moved on the screen or in depth.
     Place(Placement),
+    /// Something with this key was done to it before its colours were stored: nothing is left to do. The
+    /// least key stands at the end of what was stored.
+    Kept(Key),
+}
+
+impl Stage {
+    /// What it is; what was stored keeps its place among sources.
+    pub(crate) fn key(&self) -> Key {
+        match self {
+            Stage::Kept(key) => *key,
+            stage => Key::of(stage),
+        }
+    }
 }
 
 /// A move of faces: what is seen at (x, y, rho) is seen after it at
@@ -78,7 +91,7 @@ impl Placement {
 impl Source {
     /// How two sources are ordered. `Equal` means that they are the same.
     pub fn order(&self, other: &Source) -> Ordering {
-        let stack = |source: &Source| source.stack.iter().map(Key::of).collect::<Vec<_>>();
+        let stack = |source: &Source| source.stack.iter().map(Stage::key).collect::<Vec<_>>();
         self.label
             .cmp(&other.label)
             .then(self.scene.cmp(&other.scene))
@@ -90,7 +103,7 @@ impl Source {
     pub fn reads(&self) -> Columns {
         let shaders = self.stack.iter().filter_map(|stage| match stage {
             Stage::Shade(shader) => Some(shader.reads()),
-            Stage::Place(_) => None,
+            Stage::Place(_) | Stage::Kept(_) => None,
         });
         shaders.fold(Columns::COLOR, |all, reads| all | reads)
     }
@@ -112,6 +125,7 @@ impl Source {
             match stage {
                 Stage::Shade(shader) => shader.shade(fragments),
                 Stage::Place(_) => fragments.go_to(places.pop().expect("a place for each move")),
+                Stage::Kept(_) => {}
             }
         }
     }
@@ -147,19 +161,26 @@ impl Source {
     /// The same source with the faces of `other`, which must be equal in order, added. Returns it with
     /// the place of each face of the two tables in the new one; `None` if places stay.
     pub(super) fn unite(&self, other: &Source) -> Result<(Source, [Option<Vec<u32>>; 2])> {
-        let ordinals = |source: &Source| source.faces.faces().len();
-        let same = Arc::ptr_eq(&self.faces, &other.faces)
-            || (ordinals(self) == ordinals(other)
-                && self
-                    .faces
-                    .faces()
-                    .iter()
-                    .zip(other.faces.faces())
-                    .all(|(a, b)| a.ordinal == b.ordinal));
+        let surfaces = self.unite_surfaces(other);
+        let same = Arc::ptr_eq(&self.faces, &other.faces) || {
+            let ordinals = |source: &Source| source.faces.faces().len();
+            let pairs = self.faces.faces().iter().zip(other.faces.faces());
+            ordinals(self) == ordinals(other) && { pairs }.all(|(a, b)| a.ordinal == b.ordinal)
+        };
         if same {
-            return Ok((self.clone(), [None, None]));
+            return Ok((Source { surfaces, ..self.clone() }, [None, None]));
         }
         let (faces, places) = FaceTableBuilder::union(&self.faces, &other.faces)?;
-        Ok((Source { faces: Arc::new(faces), ..self.clone() }, places.map(Some)))
+        Ok((Source { faces: Arc::new(faces), surfaces, ..self.clone() }, places.map(Some)))
+    }
+
+    /// Surfaces that know the faces of both: a scene does; without, what is stored of either.
+    fn unite_surfaces(&self, other: &Source) -> Arc<dyn Surfaces> {
+        let knows_all = |source: &Source| source.surfaces.offers(Columns::NORMAL).is_ok();
+        match (knows_all(self), knows_all(other)) {
+            (true, _) => self.surfaces.clone(),
+            (_, true) => other.surfaces.clone(),
+            _ => self.surfaces.united(&*other.surfaces).unwrap_or_else(|| self.surfaces.clone()),
+        }
     }
 }

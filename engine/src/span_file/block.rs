@@ -20,7 +20,9 @@ const MAX_RAW: u64 = 1 << 30;
 /// A block above this length is not packed more densely than [`MAX_DENSITY`] to one: what a reader must
 /// hold stays in proportion to the file.
 const ALWAYS: u64 = 1 << 16;
-const MAX_DENSITY: u64 = 128;
+const MAX_DENSITY: u64 = 32;
+/// Lines in a block, at most: what a reader must unpack for one of them.
+pub(super) const MAX_LINES: u32 = 4096;
 const COMPRESSION: u32 = 5;
 
 /// What a block holds.
@@ -70,9 +72,20 @@ pub(super) struct Packed {
 
 impl Packed {
     /// Packs a block's contents.
-    pub(super) fn new(kind: Kind, a: u32, b: u32, raw: Vec<u8>) -> Packed {
+    ///
+    /// # Errors
+    /// If they are more than a block holds.
+    pub(super) fn new(kind: Kind, a: u32, b: u32, raw: Vec<u8>) -> Result<Packed> {
+        if raw.len() as u64 > MAX_RAW {
+            let what = String::from_utf8_lossy(&kind.name()).into_owned();
+            return Err(Error::invalid(format!(
+                "a block \"{what}\" of more than {MAX_RAW} bytes: divide the scene"
+            )));
+        }
         let mut packer = ZlibEncoder::new(Vec::new(), Compression::new(COMPRESSION));
-        let packed = packer.write_all(&raw).and_then(|()| packer.finish()).unwrap_or_default();
+        let packed = packer.write_all(&raw).and_then(|()| packer.finish());
+        let packed =
+            packed.map_err(|e| Error::invalid(format!("a block cannot be packed: {e}")))?;
         let length = raw.len() as u64;
         let is_dense = length > ALWAYS && length > packed.len() as u64 * MAX_DENSITY;
         let body = if packed.len() >= raw.len() || is_dense { raw } else { packed };
@@ -85,7 +98,7 @@ impl Packed {
         head[28..32].copy_from_slice(&crc32fast::hash(&body).to_le_bytes());
         let checksum = crc32fast::hash(&head[..32]);
         head[32..36].copy_from_slice(&checksum.to_le_bytes());
-        Packed { head, body }
+        Ok(Packed { head, body })
     }
 
     pub(super) fn write(&self, out: &mut impl Write) -> std::io::Result<()> {

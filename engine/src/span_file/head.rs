@@ -122,9 +122,10 @@ impl SceneHead {
 
 /// A path as seen from a folder, if one leads to the other.
 fn relative(path: &Path, folder: &Path) -> PathBuf {
+    // Through links, as far as there are files; `..` in the result then means what it says.
     let absolute = |path: &Path| {
-        let whole = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        crate::output::tidy(&whole)
+        let words = || std::path::absolute(path).map(|whole| crate::output::tidy(&whole));
+        std::fs::canonicalize(path).or_else(|_| words()).unwrap_or_else(|_| path.to_owned())
     };
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let (path, folder) = (absolute(path), absolute(folder));

@@ -9,6 +9,9 @@ const LOOK: usize = 16;
 /// An item farther than this from where it was expected is told anew.
 const FAR: u64 = 1 << 24;
 
+/// Items that a block's lines may have.
+const MAX_ITEMS: usize = 1 << 24;
+
 /// Items of a line stay.
 const KEEP: u64 = 0;
 /// Items of the line before are gone.
@@ -184,6 +187,9 @@ pub(super) fn decode<T: Item>(
     for line in 0..count {
         let fault = |message: &str| format!("its line {line}: {message}");
         let length = runs.number()?;
+        if length > (MAX_ITEMS - items.len()) as u64 {
+            return Err(fault("more than 2^24 spans in one block"));
+        }
         let mut at = 0;
         let mut last = (0i64, 0u32);
         now.clear();

@@ -20,7 +20,7 @@
 //! | 4 | kind: `head`, `scen`, `line`, `face` or `end `; others are skipped |
 //! | 4, 4 | a and b, u32; see below |
 //! | 8 | stored length, u64: bytes that follow the head |
-//! | 8 | length, u64: bytes when unpacked. Equal to the stored length, the contents are not packed; else they are a zlib stream (RFC 1950). At most 2^30 and, above 2^16, at most 128 times the stored length |
+//! | 8 | length, u64: bytes when unpacked. Equal to the stored length, the contents are not packed; else they are a zlib stream (RFC 1950). At most 2^30 and, above 2^16, at most 32 times the stored length |
 //! | 4 | CRC-32 of the stored bytes (as zlib has it) |
 //! | 4 | CRC-32 of the 32 bytes before |
 //!
@@ -30,16 +30,19 @@
 //! combined by exclusive or with those of the value before, the highest byte of all values first, then the next
 //! of all, to the lowest; *floats* likewise with four.
 //!
-//! **`head`** is the first block: JSON with `writer`, `camera` (as in graphs), `width`, `height`,
-//! `lines_per_row`, `phase` (`"Centre"`: line k lies at (k + 1/2) / n, `"Border"`: at k / n), `rows`
-//! (first, and one beyond the last), `scenes` and `sources`. A scene has `path` (relative to the span
-//! file), `how` (it was read: `plan`, `unit`, `up`, `origin`, `crease`), `key` (a hash of its contents, 32
-//! hexadecimal digits) and `embedded`. A source has `label`, `scene` (a key that identifies it), and
-//! optionally `found_in` (the place of its scene), `stack` (what shades it), `matte` and `held`.
+//! **`head`** is the first block, and the only one of its kind: JSON with `writer`, `camera` (as in
+//! graphs), `width`, `height` (1 to 65536), `lines_per_row` (1 to 1024), `phase` (`"Centre"`: line k lies at
+//! (k + 1/2) / n rows, `"Border"`: at k / n), `rows` (first, and one beyond the last), `sources` and, for
+//! this program's own scenes, `scenes`. A source has `label` and `scene`, 32 hexadecimal digits: both
+//! together say whether sources of two files are the same, and none may be there twice. What this program writes of
+//! scenes and sources beside that (`path`, `how`, `key`, `embedded`; `found_in`, `stack`, `matte`, `held`)
+//! other programs leave out, as they do **`scen`**, which holds the a-th of the scenes in the form of this
+//! program's version; `key` is a hash of the scene's files, and `scene` of that and the priority.
 //!
-//! **`scen`** holds the a-th scene.
+//! The rows r to s have the lines r n to s n and, with `"Border"`, the line s n too, even if s = r.
 //!
-//! **`line`** holds the lines a to a + b; the lines of all blocks follow each other. It is four runs for the
+//! **`line`** holds the lines a to a + b, 1 to 4096 of them with at most 2^24 items; the lines of all
+//! blocks, in the order of the file, follow each other without a gap. It is four runs for the
 //! opaque spans and four for the segments of translucent faces: *operations*, *moves*, *faces* and *places*.
 //! A line's items are told by what changed since the line before, of which there is none at the beginning of a
 //! block. For every line there is the number of its items in the operations, and then numbers `4 (count - 1) +
@@ -54,21 +57,26 @@
 //!   item before it and, for a segment, its length.
 //!
 //! A span is a face and the cell at which it begins, until the next begins; the first begins at 0, neighbours
-//! differ in face. A segment is a face, the cell at which it begins and the cell before which it ends; segments
+//! differ in face; every line has one. A segment is a face, the cell at which it begins and the cell before which it ends; segments
 //! are in the order of their beginning. A cell is 2^-f pixels, f being the number of leading zero bits of
 //! the width as u32.
 //!
-//! **`face`** holds b faces of source a, as 13 runs; a source may have several such blocks, all with
-//! ascending faces:
+//! **`face`** holds b faces of source a, as 13 runs; a source may have several such blocks, in all of which
+//! both numbers of its faces ascend. No number in the lines may be that of two faces. What is counted from what came
+//! before begins anew in every block.
 //!
-//! 1. numbers: by how much the face's number in the lines exceeds the one before it (from 0)
+//! 1. numbers: by how much the face's number in the lines exceeds the one before it, the first 0
 //! 2. numbers: the same of its number in its source, which identifies it when files are merged
 //! 3. a byte: 1 its front is seen, 2 translucent, 4 a seal, 8 a drawn edge, 16 its colour differs from place to
 //!    place, 32 lights leave it alone
 //! 4. numbers: its rank, which decides between equal depths
-//! 5. numbers, for seals: its number in its source less that of the face on which it lies
-//! 6. doubles: all a, all b, all c of the depth a x + b y + c at (x, y) pixels
-//! 7. numbers: how many rings it has, and how many corners each
+//! 5. numbers, for seals: its number in its source less that of the face on which it lies, which comes before
+//!    it and is no seal; it has the same depth and a lesser rank
+//! 6. doubles: all a, all b, all c of the depth a x + b y + c at (x, y) pixels from the top left: 1 / distance
+//!    along the view axis in metres or, for a parallel camera, minus the distance; what is greater is seen. At
+//!    most 1e290
+//! 7. numbers: how many rings it has, and how many corners each (those of fewer than three do not count); without
+//!    rings, edges are resolved as steps
 //! 8. numbers: for each corner, 0 if it is the next of the points, otherwise how many points before that
 //! 9. the number of points; doubles: all x, all y of the points, in pixels
 //! 10. numbers: its colour, as the place in the table that follows

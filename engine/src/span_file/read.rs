@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::block::{self, Block, Kind};
+use super::block::{self, Block, Kind, MAX_LINES};
 use super::column::Bytes;
 use super::faces::Faces;
 use super::head::Head;
@@ -22,6 +22,8 @@ use crate::span::{FaceId, Layers, Lines, Segment, Source, Span, SpanImage, layer
 
 /// About how many lines are held at once where a file is read part by part.
 const STEP_LINES: u32 = 2048;
+/// About how many bytes of unpacked lines are held at once.
+const STEP_BYTES: u64 = 1 << 25;
 
 /// A span file that is open: all of its faces, and its lines where they are asked for.
 #[derive(Debug)]
@@ -76,6 +78,9 @@ impl SpanFile {
         let first = blocks.first().filter(|block| block.kind == Kind::Head);
         let first =
             first.ok_or_else(|| Error::at_byte(path, 16, "the first block is not \"head\""))?;
+        if let Some(second) = blocks[1..].iter().find(|block| block.kind == Kind::Head) {
+            return Err(second.fault(path, "it is there twice"));
+        }
         let text = first.unpack(path, first.read(path, &mut file)?)?;
         let head: Head = serde_json::from_slice(&text).map_err(|e| first.fault(path, e))?;
         let in_head = |error: Error| first.fault(path, error);
@@ -87,8 +92,11 @@ impl SpanFile {
         let mut lines: Vec<Block> = Vec::new();
         let mut next = plan.lines(&rows).start;
         for block in blocks.iter().filter(|block| block.kind == Kind::Lines) {
-            if block.a != next || block.b == 0 {
-                return Err(block.fault(path, format!("line {next} should come next")));
+            if block.a != next || !(1..=MAX_LINES).contains(&block.b) {
+                let message = format!(
+                    "line {next} should come next, and at most {MAX_LINES} lines in a block"
+                );
+                return Err(block.fault(path, message));
             }
             next = block
                 .a
@@ -188,14 +196,32 @@ impl SpanFile {
         kinds.map(|kind| self.blocks.iter().filter(|b| b.kind == kind).map(|b| b.stored).sum())
     }
 
-    /// Its rows in parts that are small enough to be held: of some two thousand lines each.
-    pub fn parts(&self) -> Vec<Rows> {
-        let (rows, step) = (self.rows(), (STEP_LINES / self.plan().per_row).max(1));
-        if rows.is_empty() {
-            return vec![rows];
+    /// The rows of files that hold the same, in parts that are small enough to be held: of some two
+    /// thousand lines each, and fewer where lines are long.
+    pub fn parts(files: &[&SpanFile]) -> Vec<Rows> {
+        let Some(first) = files.first() else { return Vec::new() };
+        let (rows, n) = (first.rows(), first.plan().per_row);
+        let bytes_of = |row: u32| -> u64 {
+            let at = row * n;
+            let of_file = |file: &&SpanFile| {
+                let place = file.lines.partition_point(|block| block.a + block.b <= at);
+                let block = file.lines.get(place);
+                block.map_or(0, |block| block.raw * u64::from(n) / u64::from(block.b))
+            };
+            files.iter().map(of_file).sum()
+        };
+        let mut parts = Vec::new();
+        let (mut start, mut bytes) = (rows.start, 0);
+        for row in rows.clone() {
+            let more = bytes_of(row);
+            if row > start && ((row + 1 - start) * n > STEP_LINES || bytes + more > STEP_BYTES) {
+                parts.push(start..row);
+                (start, bytes) = (row, 0);
+            }
+            bytes += more;
         }
-        let firsts = (rows.start..rows.end).step_by(step as usize);
-        firsts.map(|first| first..rows.end.min(first + step)).collect()
+        parts.push(start..rows.end);
+        parts
     }
 
     /// Reads the rows `rows`.
@@ -369,7 +395,8 @@ fn find_surfaces(
             missing: None,
         })
         .collect();
-    let mut known: Vec<((usize, &str), Arc<Scene>)> = Vec::new();
+    type Read = Result<Arc<Scene>, String>;
+    let mut known: Vec<((usize, &str), Read)> = Vec::new();
     let mut found = Vec::new();
     for (source, faces) in head.sources.iter().zip(tables) {
         let label = source.label.as_str();
@@ -385,28 +412,30 @@ fn find_surfaces(
             )
         })?;
         let scene = match known.iter().find(|(id, _)| *id == (at, label)) {
-            Some((_, scene)) => Ok(scene.clone()),
-            None if with_scenes => bundle::find(origin, label).map(Arc::new),
-            None => Err(Error::invalid("scenes were not asked for")),
+            Some((_, scene)) => scene.clone(),
+            None => {
+                let scene = match with_scenes {
+                    true => bundle::find(origin, label).map(Arc::new).map_err(|e| e.to_string()),
+                    false => Err("scenes were not asked for".to_owned()),
+                };
+                known.push(((at, label), scene.clone()));
+                scene
+            }
         };
         let most = faces.ordinals().last().copied();
-        let scene =
-            scene.and_then(|scene| match most.is_none_or(|most| most < scene.part_count()) {
-                true => Ok(scene),
-                false => Err(Error::in_file(
-                    &origin.file,
-                    "the scene has fewer faces than its spans name",
-                )),
-            });
-        match scene {
-            Ok(scene) => {
-                found.push(Found::Scene(Arc::new(SceneSurfaces::new(scene.clone()))));
-                known.push(((at, label), scene));
+        let scene = scene.and_then(|scene| match most.is_none_or(|n| n < scene.part_count()) {
+            true => Ok(scene),
+            false => {
+                let file = origin.file.display();
+                Err(format!("{file}: the scene has fewer faces than its spans name"))
             }
+        });
+        match scene {
+            Ok(scene) => found.push(Found::Scene(Arc::new(SceneSurfaces::new(scene)))),
             Err(error) => {
                 let why = format!("the scene of \"{label}\" is not there ({error})");
                 if with_scenes {
-                    states[at].missing = Some(error.to_string());
+                    states[at].missing = Some(error);
                 }
                 found.push(Found::Nothing(Some(origin.clone()), why));
             }

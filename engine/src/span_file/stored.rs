@@ -1,5 +1,6 @@
 //! What a file says of faces whose scene is not there.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use crate::color::Color;
@@ -58,6 +59,22 @@ impl Looks {
         self.faces.iter().filter(|face| face.3).count()
     }
 
+    /// The looks of the faces of both.
+    fn united(&self, other: &Looks) -> Looks {
+        let mut all = Looks::default();
+        let paints = [self, other].map(|looks| all.add_paints(looks.paints.iter().copied()));
+        let objects = [self, other].map(|looks| all.add_objects(looks.objects.iter().cloned()));
+        for (i, looks) in [self, other].into_iter().enumerate() {
+            let moved = looks.faces.iter().map(|(ordinal, paint, object, varies, unlit)| {
+                (*ordinal, paints[i] + paint, objects[i] + object, *varies, *unlit)
+            });
+            all.faces.extend(moved);
+        }
+        all.faces.sort_by_key(|face| face.0);
+        all.faces.dedup_by_key(|face| face.0);
+        all
+    }
+
     fn of(&self, ordinal: u32) -> Option<&(u32, u32, u32, bool, bool)> {
         let at = self.faces.binary_search_by_key(&ordinal, |face| face.0).ok()?;
         Some(&self.faces[at])
@@ -101,6 +118,16 @@ impl Surfaces for Stored {
         self.origin.clone()
     }
 
+    fn united(&self, other: &dyn Surfaces) -> Option<Arc<dyn Surfaces>> {
+        let other = (other as &dyn Any).downcast_ref::<Stored>()?;
+        // What came with its contents is better than what must be found, and this than nothing.
+        let worth = |origin: &&Origin| origin.contents.is_some();
+        let origins = self.origin.iter().chain(&other.origin);
+        let origin = origins.min_by_key(|origin| !worth(origin)).cloned();
+        let looks = self.looks.united(&other.looks);
+        Some(Arc::new(Stored { looks, origin, why: self.why.clone() }))
+    }
+
     fn offers(&self, wanted: Columns) -> Result<()> {
         if wanted.meets(Columns::NORMAL) {
             let why = &self.why;
@@ -110,6 +137,14 @@ impl Surfaces for Stored {
             )));
         }
         Ok(())
+    }
+}
+
+/// Whether the colour of a face differs from place to place, of surfaces that may be stored.
+pub(super) fn varies(surfaces: &dyn Surfaces, ordinal: u32) -> bool {
+    match (surfaces as &dyn Any).downcast_ref::<Stored>() {
+        Some(stored) => stored.looks.of(ordinal).is_some_and(|look| look.3),
+        None => surfaces.varying(ordinal).meets(Columns::COLOR),
     }
 }
 

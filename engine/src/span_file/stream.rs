@@ -31,7 +31,7 @@ pub fn merge(inputs: &[&Path], output: &Path, progress: &dyn Fn(u32, u32)) -> Re
     let mut written = Written::default();
     let bytes = output::write(output, |out| {
         let mut writer = Writer::new(out, output, &frame, rows.clone(), Options::default())?;
-        for part in first.parts() {
+        for part in SpanFile::parts(&files.iter().collect::<Vec<_>>()) {
             let images: Vec<SpanImage> =
                 files.iter().map(|file| file.read(part.clone())).collect::<Result<_>>()?;
             writer.lines(&union.merge(&images)?)?;
@@ -52,8 +52,10 @@ pub struct Difference {
     pub differing: u32,
     /// The height of the first that differs, in pixels.
     pub first: Option<f64>,
-    /// The share of the picture that shows another face, or in which a translucent face is seen in one only.
+    /// The share of the picture that shows another opaque face.
     pub area: f64,
+    /// How much more or less of translucent faces one shows than the other, in pictures.
+    pub translucent: f64,
     /// The sources that only the first, and only the second has.
     pub only: [Vec<String>; 2],
 }
@@ -78,24 +80,24 @@ pub fn compare(a: &SpanFile, b: &SpanFile) -> Result<Difference> {
         *only = missing.map(|source| source.label.clone()).collect();
     }
     let cells = u64::from(a.view().raster().cells());
-    let (mut apart, mut all, mut next) = (0u64, 0u64, 0);
-    for part in files[0].parts() {
+    let (mut apart, mut all, mut next) = ([0u64; 2], 0u64, 0);
+    for part in SpanFile::parts(&files) {
         let [a, b] = [union.bring(0, &a.read(part.clone())?), union.bring(1, &b.read(part)?)];
         // With lines on the borders of rows, the last line of a part is the first of the next.
         for k in a.lines().range().filter(|k| *k >= next) {
             let spans = opaque_apart(a.lines().line(k), b.lines().line(k), cells as u32);
-            let here = spans + segments_apart(a.layers().line(k), b.layers().line(k));
-            if here > 0 {
+            let segments = segments_apart(a.layers().line(k), b.layers().line(k));
+            if spans + segments > 0 {
                 found.differing += 1;
                 found.first.get_or_insert(a.y(k));
             }
-            apart += here;
+            apart = [apart[0] + spans, apart[1] + segments];
             all += cells;
         }
         next = a.lines().range().end;
     }
     found.lines = a.plan().lines(&rows).len() as u32;
-    found.area = if all == 0 { 0.0 } else { apart as f64 / all as f64 };
+    [found.area, found.translucent] = apart.map(|cells| cells as f64 / all.max(1) as f64);
     Ok(found)
 }
 

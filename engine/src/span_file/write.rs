@@ -11,7 +11,7 @@ use super::block::{self, Kind, Packed};
 use super::faces;
 use super::head::{Head, SceneHead};
 use super::lines::Encoder;
-use super::stored::{Look, looks};
+use super::stored::{Look, looks, varies};
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Fragments};
 use crate::key::Key;
@@ -144,9 +144,9 @@ impl<'w, W: Write> Writer<'w, W> {
         let text = serde_json::to_vec_pretty(&head)
             .map_err(|e| Error::output(path, format!("its head cannot be written: {e}")))?;
         block::write_preface(writer.out).map_err(|e| Error::output(path, e))?;
-        writer.put(&Packed::new(Kind::Head, 0, 0, text))?;
+        writer.put(&Packed::new(Kind::Head, 0, 0, text)?)?;
         for (place, contents) in contents {
-            writer.put(&Packed::new(Kind::Scene, place as u32, 0, contents.to_vec()))?;
+            writer.put(&Packed::new(Kind::Scene, place as u32, 0, contents.to_vec())?)?;
         }
         Ok(writer)
     }
@@ -167,7 +167,8 @@ impl<'w, W: Write> Writer<'w, W> {
             .map(|i| all.start + i * BLOCK_LINES)
             .map(|first| first..all.end.min(first + BLOCK_LINES))
             .collect();
-        let packed: Vec<Vec<Packed>> = runs.into_par_iter().map(|run| pack(image, run)).collect();
+        let packed: Vec<Vec<Packed>> =
+            runs.into_par_iter().map(|run| pack(image, run)).collect::<Result<_>>()?;
         packed.iter().flatten().try_for_each(|packed| self.put(packed))?;
         for k in all {
             self.written.spans += image.lines().line(k).len() as u64;
@@ -188,16 +189,17 @@ impl<'w, W: Write> Writer<'w, W> {
                     let looks = looks_of(frame, seen, at, places, shaded);
                     let varying = looks.iter().filter(|look| look.varies).count();
                     let raw = faces::encode(table, places, frame.id(at, 0).0, &looks);
-                    (Packed::new(Kind::Faces, at as u32, places.len() as u32, raw), varying)
+                    let packed = Packed::new(Kind::Faces, at as u32, places.len() as u32, raw)?;
+                    Ok((packed, varying))
                 })
-                .collect();
+                .collect::<Result<_>>()?;
             self.written.faces += places.len() as u64;
             for (packed, varying) in chunks {
                 self.written.varying += varying as u64;
                 self.put(&packed)?;
             }
         }
-        let end = Packed::new(Kind::End, self.blocks, 0, Vec::new());
+        let end = Packed::new(Kind::End, self.blocks, 0, Vec::new())?;
         end.write(self.out).map_err(|e| Error::output(self.path, e))?;
         Ok(self.written)
     }
@@ -221,23 +223,22 @@ fn looks_of(frame: &SpanImage, seen: &Seen, at: usize, places: &[u32], shaded: b
     if shaded {
         source.shade(&mut fragments);
         fragments.unlit = vec![true; fragments.len()];
-        looks(&fragments, |ordinal| !source.shades_alike(ordinal), object)
+        let differs = |ordinal| !source.shades_alike(ordinal) || varies(&*source.surfaces, ordinal);
+        looks(&fragments, differs, object)
     } else {
         source.fill(Columns::COLOR, &mut fragments);
-        let varies = |ordinal| source.surfaces.varying(ordinal).meets(Columns::COLOR);
-        looks(&fragments, varies, object)
+        looks(&fragments, |ordinal| varies(&*source.surfaces, ordinal), object)
     }
 }
 
 /// A source whose colours are those that its stack made.
 fn baked(source: &Source) -> Source {
-    let stages: Vec<Key> = source.stack.iter().map(Key::of::<Stage>).collect();
-    let scene = Key::of(&("shaded", source.scene, stages));
-    Source { scene, stack: Vec::new(), ..source.clone() }
+    let done = source.stack.iter().map(Stage::key).chain([Key::default()]);
+    Source { stack: done.map(Stage::Kept).collect(), ..source.clone() }
 }
 
 /// Packs lines into one block, or more if they are long.
-fn pack(image: &SpanImage, run: Range<u32>) -> Vec<Packed> {
+fn pack(image: &SpanImage, run: Range<u32>) -> Result<Vec<Packed>> {
     let mut packed = Vec::new();
     let mut first = run.start;
     let (mut spans, mut layers) = (Encoder::<Span>::new(), Encoder::new());
@@ -248,10 +249,10 @@ fn pack(image: &SpanImage, run: Range<u32>) -> Vec<Packed> {
             let mut raw = Vec::new();
             spans.finish(&mut raw);
             layers.finish(&mut raw);
-            packed.push(Packed::new(Kind::Lines, first, k + 1 - first, raw));
+            packed.push(Packed::new(Kind::Lines, first, k + 1 - first, raw)?);
             (spans, layers) = (Encoder::new(), Encoder::new());
             first = k + 1;
         }
     }
-    packed
+    Ok(packed)
 }

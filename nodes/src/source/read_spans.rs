@@ -36,6 +36,12 @@ impl Node for ReadSpans {
                 inputs.warn(&format!("{why}; depth and the stored colours remain"));
             }
         }
+        if wanted.plan.probed {
+            inputs.warn(
+                "a file holds its lines and no more: `Adaptive` and `Exact` leave it, and what it is merged into, as \
+                 `Sloped` does",
+            );
+        }
         file.deliver(wanted.raster, wanted.plan, wanted.rows.clone())
     }
 }

@@ -46,7 +46,15 @@ pub(super) fn origin(path: &Path, plan: Option<&str>, options: &ReadOptions, key
 pub fn find(origin: &Origin, label: &str) -> Result<Scene> {
     let how = how(origin)?;
     let mut scene = match &origin.contents {
-        None => super::scene(&origin.file, how.plan.as_deref(), label, &how.options)?,
+        None => {
+            // A pipe or a device named by a file would be waited for.
+            let about =
+                std::fs::metadata(&origin.file).map_err(|e| Error::file(&origin.file, e))?;
+            if !about.is_file() {
+                return Err(Error::in_file(&origin.file, "it is no file"));
+            }
+            super::scene(&origin.file, how.plan.as_deref(), label, &how.options)?
+        }
         Some(contents) => unpack(origin, contents, &how, label)?,
     };
     if scene.key != origin.key {
