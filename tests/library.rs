@@ -137,7 +137,13 @@ const LAYERS: [(&str, &[&str]); 18] = [
         &["camera", "color", "error", "fragment", "key", "output", "raster", "scene", "span"],
     ),
     ("graph", &["error", "key", "output", "text"]),
-    ("values", &["camera", "graph", "image", "key", "raster", "resolve", "scene", "shade", "span"]),
+    (
+        "values",
+        &[
+            "camera", "error", "graph", "image", "key", "raster", "resolve", "scene", "shade",
+            "span",
+        ],
+    ),
 ];
 
 #[test]

@@ -11,10 +11,11 @@
 
 use serde::Serialize;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::camera::Camera;
+use crate::error::{Error, Result};
 use crate::graph::{Demand, Value};
 use crate::image::{Image, Window};
 use crate::key::Key;
@@ -169,6 +170,19 @@ pub struct Delivery {
     pub path: PathBuf,
     /// Its length.
     pub bytes: u64,
+}
+
+impl Override {
+    /// Whether a file may be written.
+    ///
+    /// # Errors
+    /// If it exists and is to be left alone.
+    pub fn check_clobber(&self, path: &Path) -> Result<()> {
+        if self.no_clobber && path.exists() {
+            return Err(Error::output(path, "it exists, and --no-clobber leaves it alone"));
+        }
+        Ok(())
+    }
 }
 
 impl Demand for Override {

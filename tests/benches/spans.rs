@@ -7,10 +7,12 @@ use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use spandrel_engine::raster::{LinePlan, Phase};
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::span::SpanImage;
+use spandrel_engine::span_file::{self, Options, SpanFile};
 use spandrel_engine::visible::{self, Cluster};
 use spandrel_tests::town;
 use std::collections::BTreeSet;
 use std::hint::black_box;
+use std::path::{Path, PathBuf};
 
 const LINES: [u32; 3] = [1, 4, 8];
 
@@ -20,6 +22,56 @@ fn plan(n: u32) -> LinePlan {
 
 fn clusters(triangles: usize, count: usize) -> Vec<Cluster> {
     town::clusters(triangles, count).into_iter().map(Cluster::from).collect()
+}
+
+/// The part of the next that brings faces onto the screen.
+fn set_up(criterion: &mut Criterion) {
+    let view = town::view(1920, 1080);
+    let mut group = criterion.benchmark_group("set-up");
+    group.sample_size(10);
+    for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
+        let town = clusters(triangles, 1);
+        group.bench_function(BenchmarkId::new(name, 8), |bencher| {
+            bencher.iter(|| visible::setup::face_table(black_box(&town[0]), &view, plan(8)));
+        });
+    }
+    group.finish();
+}
+
+/// Four clusters to files, from files, and merged from file to file.
+fn files(criterion: &mut Criterion) {
+    let view = town::view(1920, 1080);
+    let folder = std::env::temp_dir().join(format!("spandrel-bench-{}", std::process::id()));
+    let mut group = criterion.benchmark_group("files of four clusters");
+    group.sample_size(10);
+    for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
+        let render = |cluster: &Cluster| {
+            visible::render(std::slice::from_ref(cluster), &view, plan(8), 0..1080)
+                .expect("generated towns render")
+        };
+        let images: Vec<SpanImage> = clusters(triangles, 4).iter().map(render).collect();
+        let paths: Vec<PathBuf> = (0..4).map(|i| folder.join(format!("{i}.span"))).collect();
+        let write = || {
+            for (image, path) in images.iter().zip(&paths) {
+                span_file::write(image, path, Options::default()).expect("files can be written");
+            }
+        };
+        group.bench_function(BenchmarkId::new("write", name), |bencher| bencher.iter(write));
+        let read = |path: &PathBuf| {
+            let file = SpanFile::open(path).expect("what was written can be read");
+            file.read(0..1080).expect("what was written can be read")
+        };
+        group.bench_function(BenchmarkId::new("read", name), |bencher| {
+            bencher.iter(|| paths.iter().map(read).collect::<Vec<_>>());
+        });
+        let inputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
+        let output = folder.join("merged.span");
+        group.bench_function(BenchmarkId::new("merge", name), |bencher| {
+            bencher.iter(|| span_file::merge(&inputs, &output, &|_, _| {}));
+        });
+    }
+    group.finish();
+    let _ = std::fs::remove_dir_all(&folder);
 }
 
 /// From a scene to its spans: set-up (faces on the screen) and visible surfaces.
@@ -82,5 +134,5 @@ fn resolving(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, scanline, merge, resolving);
+criterion_group!(benches, set_up, scanline, merge, files, resolving);
 criterion_main!(benches);

@@ -249,7 +249,7 @@ fn plots(all: &[(&str, Vec<Point>)]) -> String {
             .iter()
             .flat_map(|(_, points)| points.iter().flat_map(|p| series.iter().map(|s| s.2(p))));
         let (low, high) = values
-            .filter(|v| *v > 1e-3)
+            .filter(|v| *v > 0.1)
             .fold((f64::INFINITY, 0.0f64), |(l, h), v| (l.min(v), h.max(v)));
         let (low, high) = (low.log10().floor(), high.log10().ceil());
         let y = |v: f64| {
@@ -299,19 +299,19 @@ fn plots(all: &[(&str, Vec<Point>)]) -> String {
                 x0 + panel / 2.0,
                 y0 + panel + 30.0
             );
-            // What grows as x does.
-            let start = points[0].x;
-            let from = series[0].2(&points[0]);
-            let steps: String = points
-                .iter()
-                .map(|p| format!("{:.1},{:.1} ", x(p.x), y(from * p.x / start)))
-                .collect();
+            // What grows as x does, as far as it stays in the panel.
+            let (first, last) = (&points[0], &points[points.len() - 1]);
+            let from = series[0].2(first);
+            let raw = |v: f64| panel * (1.0 - (v.log10() - low) / (high - low));
+            let to = raw(from * last.x / first.x);
             let _ = writeln!(
                 svg,
-                "<polyline points=\"{steps}\" fill=\"none\" stroke=\"#bbb\" stroke-dasharray=\"3 3\"/>"
+                "<svg x=\"{x0}\" y=\"{y0}\" width=\"{panel}\" height=\"{panel}\"><line x1=\"0\" y1=\"{}\" x2=\"{panel}\" y2=\"{to}\" stroke=\"#bbb\" stroke-dasharray=\"3 3\"/></svg>",
+                raw(from)
             );
+            let mut labels: Vec<(f64, f64, &str, &str)> = Vec::new();
             for (label, color, value) in series {
-                let seen: Vec<&Point> = points.iter().filter(|p| value(p) > 1e-2).collect();
+                let seen: Vec<&Point> = points.iter().filter(|p| value(p) > 0.1).collect();
                 let steps: String =
                     seen.iter().map(|p| format!("{:.1},{:.1} ", x(p.x), y(value(p)))).collect();
                 let _ = writeln!(
@@ -329,13 +329,15 @@ fn plots(all: &[(&str, Vec<Point>)]) -> String {
                 if column + 1 == all.len()
                     && let Some(end) = seen.last()
                 {
-                    let _ = writeln!(
-                        svg,
-                        "<text x=\"{}\" y=\"{}\" fill=\"{color}\">{label}</text>",
-                        x(end.x) + 7.0,
-                        y(value(end)) + 4.0
-                    );
+                    labels.push((y(value(end)) + 4.0, x(end.x) + 7.0, label, color));
                 }
+            }
+            labels.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut above = f64::NEG_INFINITY;
+            for (at, x, label, color) in labels {
+                above = at.max(above + 12.0);
+                let _ =
+                    writeln!(svg, "<text x=\"{x}\" y=\"{above}\" fill=\"{color}\">{label}</text>");
             }
         }
     }

@@ -42,7 +42,7 @@ pub(super) fn write(
         let samples = match samples {
             Samples::Id(ids) => FlatSamples::U32(ids.clone()),
             Samples::Float(values) if half && !exact => {
-                FlatSamples::F16(values.iter().map(|v| f16::from_f32(*v)).collect())
+                FlatSamples::F16(values.par_iter().map(|v| f16::from_f32(*v)).collect())
             }
             Samples::Float(values) => FlatSamples::F32(values.clone()),
         };

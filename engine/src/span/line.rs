@@ -48,6 +48,8 @@ pub fn merge(
 ) {
     let start = out.len();
     let (mut i, mut j, mut x) = (0, 0, 0);
+    // What a face is on this line is found out once for a span, and only where it meets another.
+    let (mut on_line_a, mut on_line_b): (Option<OnLine>, Option<OnLine>) = (None, None);
     while x < cells {
         let end_a = a.get(i + 1).map_or(cells, |span| span.x);
         let end_b = b.get(j + 1).map_or(cells, |span| span.x);
@@ -58,7 +60,8 @@ pub fn merge(
         } else if face_a == FaceId::NONE {
             push(out, start, x, face_b);
         } else {
-            let division = on_line(face_a).divide(&on_line(face_b), x..end);
+            let a = on_line_a.get_or_insert_with(|| on_line(face_a));
+            let division = a.divide(on_line_b.get_or_insert_with(|| on_line(face_b)), x..end);
             let (left, right) =
                 if division.first_wins_left { (face_a, face_b) } else { (face_b, face_a) };
             push(out, start, x, left);
@@ -66,8 +69,12 @@ pub fn merge(
                 push(out, start, division.boundary, right);
             }
         }
-        i += usize::from(end_a == end);
-        j += usize::from(end_b == end);
+        if end_a == end {
+            (i, on_line_a) = (i + 1, None);
+        }
+        if end_b == end {
+            (j, on_line_b) = (j + 1, None);
+        }
         x = end;
     }
 }

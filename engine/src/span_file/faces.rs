@@ -4,7 +4,7 @@ use glam::DVec2;
 use std::collections::HashMap;
 
 use super::column::{Bytes, Fault, put, put_doubles, put_floats, put_run};
-use super::stored::{Look, Looks};
+use super::stored::{FaceLook, Look, Looks};
 use crate::camera::Plane;
 use crate::color::Color;
 use crate::error::Error;
@@ -208,8 +208,13 @@ impl Faces {
             self.table.face(head, outline.iter().map(Vec::as_slice)).map_err(invalid)?;
             self.ordinals.push(ordinal);
             self.ids.push(id);
-            let (varies, unlit) = (flag & VARIES != 0, flag & UNLIT != 0);
-            self.looks.push(ordinal, paint_base + paint, object_base + object, varies, unlit);
+            self.looks.push(FaceLook {
+                ordinal,
+                paint: paint_base + paint,
+                object: object_base + object,
+                varies: flag & VARIES != 0,
+                unlit: flag & UNLIT != 0,
+            });
         }
         let rest = [ids, ordinals, ranks, parents, rings, corners, places];
         rest.iter().chain([&paint_of, &colors, &object_of, &names]).try_for_each(Bytes::end)

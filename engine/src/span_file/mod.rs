@@ -92,10 +92,12 @@ mod faces;
 mod head;
 mod lines;
 mod read;
+mod scenes;
 mod stored;
 mod stream;
 mod write;
 
-pub use read::{SceneState, SpanFile};
+pub use read::SpanFile;
+pub use scenes::SceneState;
 pub use stream::{Difference, compare, merge};
 pub use write::{Options, Scenes, Written, write};

@@ -18,11 +18,22 @@ pub(super) struct Look {
     pub(super) object: String,
 }
 
+/// A face's look: places in the tables of [`Looks`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FaceLook {
+    /// Its number in its source.
+    pub(super) ordinal: u32,
+    pub(super) paint: u32,
+    pub(super) object: u32,
+    pub(super) varies: bool,
+    pub(super) unlit: bool,
+}
+
 /// The looks of a source's faces.
 #[derive(Debug, Default)]
 pub(super) struct Looks {
-    /// By ascending ordinal: paint, object, whether the colour varies, whether lights leave it alone.
-    faces: Vec<(u32, u32, u32, bool, bool)>,
+    /// By ascending ordinal.
+    faces: Vec<FaceLook>,
     paints: Vec<(Color, f32)>,
     objects: Vec<String>,
 }
@@ -43,20 +54,13 @@ impl Looks {
     }
 
     /// Adds a face; ordinals must ascend.
-    pub(super) fn push(
-        &mut self,
-        ordinal: u32,
-        paint: u32,
-        object: u32,
-        varies: bool,
-        unlit: bool,
-    ) {
-        self.faces.push((ordinal, paint, object, varies, unlit));
+    pub(super) fn push(&mut self, face: FaceLook) {
+        self.faces.push(face);
     }
 
     /// How many faces are stored with the colour of one place only.
     pub(super) fn varying(&self) -> usize {
-        self.faces.iter().filter(|face| face.3).count()
+        self.faces.iter().filter(|face| face.varies).count()
     }
 
     /// The looks of the faces of both.
@@ -65,18 +69,19 @@ impl Looks {
         let paints = [self, other].map(|looks| all.add_paints(looks.paints.iter().copied()));
         let objects = [self, other].map(|looks| all.add_objects(looks.objects.iter().cloned()));
         for (i, looks) in [self, other].into_iter().enumerate() {
-            let moved = looks.faces.iter().map(|(ordinal, paint, object, varies, unlit)| {
-                (*ordinal, paints[i] + paint, objects[i] + object, *varies, *unlit)
-            });
-            all.faces.extend(moved);
+            all.faces.extend(looks.faces.iter().map(|face| FaceLook {
+                paint: paints[i] + face.paint,
+                object: objects[i] + face.object,
+                ..*face
+            }));
         }
-        all.faces.sort_by_key(|face| face.0);
-        all.faces.dedup_by_key(|face| face.0);
+        all.faces.sort_by_key(|face| face.ordinal);
+        all.faces.dedup_by_key(|face| face.ordinal);
         all
     }
 
-    fn of(&self, ordinal: u32) -> Option<&(u32, u32, u32, bool, bool)> {
-        let at = self.faces.binary_search_by_key(&ordinal, |face| face.0).ok()?;
+    fn of(&self, ordinal: u32) -> Option<&FaceLook> {
+        let at = self.faces.binary_search_by_key(&ordinal, |face| face.ordinal).ok()?;
         Some(&self.faces[at])
     }
 }
@@ -98,10 +103,10 @@ impl Surfaces for Stored {
         for i in 0..fragments.len() {
             let look = self.looks.of(fragments.ordinal[i]);
             let paint =
-                look.map_or((Color::grey(0.8), 1.0), |look| self.looks.paints[look.1 as usize]);
+                look.map_or((Color::grey(0.8), 1.0), |look| self.looks.paints[look.paint as usize]);
             fragments.color.push(paint.0);
             fragments.alpha.push(paint.1);
-            fragments.unlit.push(look.is_some_and(|look| look.4));
+            fragments.unlit.push(look.is_some_and(|look| look.unlit));
         }
     }
 
@@ -111,7 +116,7 @@ impl Surfaces for Stored {
 
     fn object(&self, ordinal: u32) -> String {
         let look = self.looks.of(ordinal);
-        look.map_or(String::new(), |look| self.looks.objects[look.2 as usize].clone())
+        look.map_or(String::new(), |look| self.looks.objects[look.object as usize].clone())
     }
 
     fn origin(&self) -> Option<Origin> {
@@ -143,7 +148,7 @@ impl Surfaces for Stored {
 /// Whether the colour of a face differs from place to place, of surfaces that may be stored.
 pub(super) fn varies(surfaces: &dyn Surfaces, ordinal: u32) -> bool {
     match (surfaces as &dyn Any).downcast_ref::<Stored>() {
-        Some(stored) => stored.looks.of(ordinal).is_some_and(|look| look.3),
+        Some(stored) => stored.looks.of(ordinal).is_some_and(|look| look.varies),
         None => surfaces.varying(ordinal).meets(Columns::COLOR),
     }
 }

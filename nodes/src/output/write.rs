@@ -1,12 +1,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
 use spandrel_engine::graph::node::{FieldError, OutFile};
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::image::file::{self, Format};
 use spandrel_engine::resolve::Channel;
 use spandrel_engine::values::{Delivery, Override, Picture};
-use spandrel_engine::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -64,12 +64,7 @@ impl Node for Write {
     }
 
     fn demand(&self, wanted: &Override, upstream: &mut Upstream<'_>) -> Result<()> {
-        if wanted.no_clobber {
-            let path = upstream.directory().join(&self.path.0);
-            if path.exists() {
-                return Err(Error::output(path, "it exists, and --no-clobber leaves it alone"));
-            }
-        }
+        wanted.check_clobber(&upstream.directory().join(&self.path.0))?;
         let (channels, changed) = (self.channels.clone(), wanted.clone());
         upstream.ask(&self.image, Picture { channels, changed });
         Ok(())

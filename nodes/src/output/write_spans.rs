@@ -82,12 +82,7 @@ impl Node for WriteSpans {
     }
 
     fn demand(&self, wanted: &Override, upstream: &mut Upstream<'_>) -> Result<()> {
-        if wanted.no_clobber {
-            let path = upstream.directory().join(&self.path.0);
-            if path.exists() {
-                return Err(Error::output(path, "it exists, and --no-clobber leaves it alone"));
-            }
-        }
+        wanted.check_clobber(&upstream.directory().join(&self.path.0))?;
         let (width, height) = wanted.size.unwrap_or(self.size);
         let raster = Raster::new(width, height)?;
         let rows = match wanted.window {

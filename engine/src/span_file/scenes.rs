@@ -1,0 +1,109 @@
+//! The scenes behind the faces of a file: within it, where they were, or not there.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::block::{Block, Kind};
+use super::faces::Faces;
+use super::head::Head;
+use crate::error::{Error, Result};
+use crate::fragment::{Origin, Surfaces};
+use crate::scene::read::bundle;
+use crate::scene::{Scene, SceneSurfaces};
+
+/// A scene that a file names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SceneState {
+    /// Where it is, or was.
+    pub path: PathBuf,
+    /// Whether the file holds it.
+    pub embedded: bool,
+    /// Why it is not there, if it is not.
+    pub missing: Option<String>,
+}
+
+/// What is known of a source's surfaces.
+pub(super) enum Found {
+    Scene(Arc<dyn Surfaces>),
+    Nothing(Option<Origin>, String),
+}
+
+/// The surfaces of all sources, and what became of the scenes.
+pub(super) fn find_surfaces(
+    path: &Path,
+    file: &mut File,
+    blocks: &[Block],
+    head: &Head,
+    tables: &[Faces],
+    with_scenes: bool,
+) -> Result<(Vec<Found>, Vec<SceneState>)> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut contents: Vec<Option<Arc<[u8]>>> = vec![None; head.scenes.len()];
+    for block in blocks.iter().filter(|block| block.kind == Kind::Scene) {
+        let slot = contents.get_mut(block.a as usize);
+        let slot = slot.ok_or_else(|| block.fault(path, "there is no such scene in the head"))?;
+        *slot = Some(block.unpack(path, block.read(path, file)?)?.into());
+    }
+    let origins: Vec<_> = head
+        .scenes
+        .iter()
+        .zip(contents)
+        .map(|(scene, bytes)| scene.origin(folder, bytes))
+        .collect();
+    let mut states: Vec<SceneState> = origins
+        .iter()
+        .map(|origin| SceneState {
+            path: origin.file.clone(),
+            embedded: origin.contents.is_some(),
+            missing: None,
+        })
+        .collect();
+    type Read = Result<Arc<Scene>, String>;
+    let mut known: Vec<((usize, &str), Read)> = Vec::new();
+    let mut found = Vec::new();
+    for (source, faces) in head.sources.iter().zip(tables) {
+        let label = source.label.as_str();
+        let Some(at) = source.found_in else {
+            let why = format!("\"{label}\" was written without its scene");
+            found.push(Found::Nothing(None, why));
+            continue;
+        };
+        let origin = origins.get(at).ok_or_else(|| {
+            Error::in_file(
+                path,
+                format!("the source \"{label}\" is of the scene {at}, which is not listed"),
+            )
+        })?;
+        let scene = match known.iter().find(|(id, _)| *id == (at, label)) {
+            Some((_, scene)) => scene.clone(),
+            None => {
+                let scene = match with_scenes {
+                    true => bundle::find(origin, label).map(Arc::new).map_err(|e| e.to_string()),
+                    false => Err("scenes were not asked for".to_owned()),
+                };
+                known.push(((at, label), scene.clone()));
+                scene
+            }
+        };
+        let most = faces.ordinals().last().copied();
+        let scene = scene.and_then(|scene| match most.is_none_or(|n| n < scene.part_count()) {
+            true => Ok(scene),
+            false => {
+                let file = origin.file.display();
+                Err(format!("{file}: the scene has fewer faces than its spans name"))
+            }
+        });
+        match scene {
+            Ok(scene) => found.push(Found::Scene(Arc::new(SceneSurfaces::new(scene)))),
+            Err(error) => {
+                let why = format!("the scene of \"{label}\" is not there ({error})");
+                if with_scenes {
+                    states[at].missing = Some(error);
+                }
+                found.push(Found::Nothing(Some(origin.clone()), why));
+            }
+        }
+    }
+    Ok((found, states))
+}
