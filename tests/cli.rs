@@ -322,24 +322,24 @@ fn spans_are_written_merged_compared_and_read() {
     })"#;
     std::fs::write(folder.0.join("s.ron"), graph).unwrap();
     assert_eq!(folder.run(&["render", "s.ron"]).code, Some(0));
-    // A node that makes spans is written as spans.
+    // A node that makes spans is written as spans, with the size and lines with which the graph resolves.
     std::fs::write(folder.0.join("t.ron"), graph.replace("\"spans\"", "\"unused\"")).unwrap();
-    let ran =
-        folder.run(&["render", "t.ron", "-w", "balls", "-o", "balls.span", "--size", "40x30"]);
+    let ran = folder.run(&["render", "t.ron", "-w", "balls", "-o", "balls.span"]);
     assert_eq!(ran.code, Some(0), "{ran:?}");
-    let info = folder.run(&["info", "boxes.span"]);
-    assert!(
-        info.out.contains("40 x 30 pixels, 8 lines") || info.out.contains("2 lines per row"),
-        "{info:?}"
-    );
+    let info = folder.run(&["info", "balls.span"]);
+    assert!(info.out.contains("40 x 30 pixels, 2 lines per row"), "{info:?}");
+    let set = "file_of_the_command_line.lines=Sloped(8)";
+    let ran = folder.run(&["render", "t.ron", "-w", "balls", "-o", "balls.span", "--set", set]);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
     // The lines differ: 2 here, 8 there.
     let ran = folder.run(&["merge", "boxes.span", "balls.span", "-o", "both.span"]);
     assert_eq!(ran.code, Some(1), "{ran:?}");
-    assert!(ran.err.contains("2 lines per row") && ran.err.contains("8 lines per row"), "{ran:?}");
-    let set = "file_of_the_command_line.lines=Sloped(2)";
-    let write =
-        ["render", "t.ron", "-w", "balls", "-o", "balls.span", "--size", "40x30", "--set", set];
-    assert_eq!(folder.run(&write).code, Some(0));
+    let named =
+        ["2 lines per row, centred in boxes.span", "8 lines per row, centred in balls.span"];
+    assert!(named.iter().all(|part| ran.err.contains(part)), "{ran:?}");
+    assert_eq!(folder.run(&["render", "t.ron", "-w", "balls", "-o", "balls.span"]).code, Some(0));
+    let onto_itself = folder.run(&["merge", "boxes.span", "balls.span", "-o", "balls.span"]);
+    assert_eq!(onto_itself.code, Some(2), "{onto_itself:?}");
     let ran = folder.run(&["merge", "boxes.span", "balls.span", "-o", "both.span"]);
     assert_eq!(ran.code, Some(0), "{ran:?}");
     assert!(ran.err.contains("wrote both.span"), "{ran:?}");
@@ -354,7 +354,16 @@ fn spans_are_written_merged_compared_and_read() {
     assert_eq!(folder.run(&["diff", "a.exr", "b.exr"]).code, Some(0));
     // Other lines are asked for than there are.
     let ran = folder.run(&["render", "r.ron", "-w", "file", "--set", "picture.lines=Sloped(3)"]);
-    assert!(ran.err.contains("lines Sloped(2)"), "{ran:?}");
+    assert!(ran.err.contains("the lines `Sloped(2)`"), "{ran:?}");
+    // What a graph is made from is not overwritten by it; what is no file of spans is not read as one.
+    let ran = folder.run(&["render", "r.ron", "-w", "lit", "-o", "both.span"]);
+    assert_eq!(ran.code, Some(3), "{ran:?}");
+    assert!(ran.err.contains("would overwrite a file that it is made from"), "{ran:?}");
+    let wrong =
+        std::fs::read_to_string(folder.0.join("r.ron")).unwrap().replace("both.span", "a.exr");
+    std::fs::write(folder.0.join("wrong.ron"), wrong).unwrap();
+    let ran = folder.run(&["check", "wrong.ron"]);
+    assert!(ran.code == Some(3) && ran.err.contains("its name ends in .span"), "{ran:?}");
 
     let same = folder.run(&["diff", "both.span", "both.span"]);
     assert_eq!((same.code, same.out.as_str()), (Some(0), "0 of 60 lines differ\n"));
@@ -364,11 +373,22 @@ fn spans_are_written_merged_compared_and_read() {
     assert_eq!(folder.run(&["diff", "both.span", "boxes.span", "--tolerance", "1"]).code, Some(0));
     assert_eq!(folder.run(&["diff", "both.span", "a.exr"]).code, Some(1));
 
+    // A scene that has moved is found by its name.
+    std::fs::create_dir(folder.0.join("moved")).unwrap();
+    std::fs::rename(folder.0.join("ball.ron"), folder.0.join("moved/ball.ron")).unwrap();
+    let found = std::fs::read_to_string(folder.0.join("r.ron")).unwrap();
+    let read = "\"both\": ReadSpans(file: \"both.span\", scenes: \"moved\"), \"sun\":";
+    let found = found.replace("image: \"both.span\"", "image: \"both\"").replace("\"sun\":", read);
+    std::fs::write(folder.0.join("found.ron"), found.replace("b.exr", "c.exr")).unwrap();
+    let ran = folder.run(&["render", "found.ron", "-w", "file"]);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    assert_eq!(folder.run(&["diff", "a.exr", "c.exr"]).code, Some(0));
+
     // Without a scene `info` says what is left, and lights say what they miss.
-    std::fs::remove_file(folder.0.join("ball.ron")).unwrap();
+    std::fs::remove_file(folder.0.join("moved/ball.ron")).unwrap();
     let info = folder.run(&["info", "both.span"]);
     assert!(
-        info.out.contains("no light can be set") && info.out.contains("ball.ron: missing"),
+        info.out.contains("no light can be set") && info.out.contains("ball.ron: cannot be used"),
         "{info:?}"
     );
     let ran = folder.run(&["render", "r.ron", "-w", "file"]);

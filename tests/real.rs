@@ -180,7 +180,7 @@ fn the_kaykit_city_merges_alike_in_any_order() {
     let merged = scratch.path().join("all.span");
     let inputs: Vec<&Path> = paths.iter().map(PathBuf::as_path).collect();
     span_file::merge(&inputs, &merged, &|_, _| {}).unwrap();
-    let file = span_file::SpanFile::open(&merged).unwrap();
+    let file = span_file::SpanFile::open(&merged, None).unwrap();
     assert!(file.scenes().iter().all(|scene| scene.missing.is_none()), "{:?}", file.scenes());
     assert!(file.read(0..240).unwrap() == together.pruned().unwrap());
 }

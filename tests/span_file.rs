@@ -30,7 +30,7 @@ fn plans() -> [LinePlan; 3] {
 
 fn round_trip(image: &SpanImage, path: &Path) -> SpanImage {
     span_file::write(image, path, Options::default()).unwrap();
-    let file = SpanFile::open(path).unwrap();
+    let file = SpanFile::open(path, None).unwrap();
     file.read(file.rows()).unwrap()
 }
 
@@ -82,7 +82,7 @@ fn any_rows_can_be_read() {
     for plan in plans() {
         let whole = image(5, true, &view, plan, 0..300);
         span_file::write(&whole, &path, Options::default()).unwrap();
-        let file = SpanFile::open(&path).unwrap();
+        let file = SpanFile::open(&path, None).unwrap();
         for rows in [0..1, 0..300, 84..87, 255..257, 299..300, 7..7] {
             let part = file.read(rows.clone()).unwrap();
             let all = image(5, true, &view, plan, rows.clone());
@@ -120,7 +120,7 @@ fn merging_files_is_merging_images() {
         // At once, and two by two.
         span_file::merge(&inputs, &merged, &|_, _| {}).unwrap();
         let read = |path: &Path| {
-            let file = SpanFile::open(path).unwrap();
+            let file = SpanFile::open(path, None).unwrap();
             file.read(file.rows()).unwrap()
         };
         assert_eq!(read(&merged), expected, "round {round}");
@@ -204,7 +204,7 @@ fn a_picture_lit_after_reading_equals_the_one_lit_in_memory() {
     let lit_before = folder.path().join("lit.span");
     span_file::write(&lit(&image), &lit_before, Options::default()).unwrap();
     let open = |path: &Path| {
-        let file = SpanFile::open(path).unwrap();
+        let file = SpanFile::open(path, None).unwrap();
         (file.read(file.rows()).unwrap(), file.scenes().to_vec())
     };
     for path in [&by_path, &embedded] {
@@ -256,7 +256,7 @@ fn stored_intensities_are_the_shaded_colours() {
     let options = Options { shaded: true, scenes: Scenes::Left };
     let written = span_file::write(&lit, &path, options).unwrap();
     assert_eq!(written.varying, 0, "flat faces under parallel light are alike all over");
-    let file = SpanFile::open(&path).unwrap();
+    let file = SpanFile::open(&path, None).unwrap();
     let back = file.read(0..40).unwrap();
     let is_kept = |stage: &Stage| matches!(stage, Stage::Kept(_));
     assert!(back.sources().iter().all(|source| source.stack.iter().all(is_kept)));
@@ -279,7 +279,7 @@ fn sample(path: &Path) -> Vec<u8> {
 
 fn try_read(path: &Path, bytes: &[u8]) -> spandrel_engine::Result<SpanImage> {
     std::fs::write(path, bytes).unwrap();
-    let file = SpanFile::open(path)?;
+    let file = SpanFile::open(path, None)?;
     let image = file.read(file.rows())?;
     Ok(image)
 }
@@ -536,7 +536,7 @@ fn parts_of_one_scene_merge_with_the_colours_and_names_of_all() {
         let inputs = order.map(|i| files[i].as_path());
         span_file::merge(&inputs, &merged, &|_, _| {}).unwrap();
         let read = |path: &Path| {
-            let file = SpanFile::open(path).unwrap();
+            let file = SpanFile::open(path, None).unwrap();
             file.read(file.rows()).unwrap()
         };
         let from_file = picture(&read(&merged), &everything);
@@ -567,7 +567,7 @@ fn storing_intensities_keeps_the_order_of_what_coincides() {
             SpanImage::merge(&[base.clone(), shaded(0.1), shaded(0.2), twice, held]).unwrap();
         let options = Options { shaded: true, scenes: Scenes::Left };
         span_file::write(&image, &path, options).unwrap();
-        let file = SpanFile::open(&path).unwrap();
+        let file = SpanFile::open(&path, None).unwrap();
         let back = file.read(0..30).unwrap();
         assert_eq!(back.lines(), image.pruned().unwrap().lines(), "seed {seed}");
         assert_eq!(back.layers(), image.pruned().unwrap().layers(), "seed {seed}");

@@ -38,7 +38,8 @@ pub(crate) struct Render {
     /// Write to this file instead of the one that the graph names.
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
-    /// Evaluate this node only: one that writes a file, or, with -o, one that makes a picture. May be
+    /// Evaluate this node only: one that writes a file, or, with -o, one that makes a picture
+    /// or, for a .span file, spans. May be
     /// given several times. Default: every node that writes a file.
     #[arg(short = 'w', long = "write", value_name = "NODE")]
     pub(crate) write: Vec<String>,

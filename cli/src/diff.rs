@@ -15,7 +15,10 @@ pub(crate) fn run(args: &Diff) -> u8 {
         Ok(false) => exit::FAILED,
         Err(error) => {
             print::error(&error);
-            exit::of(&error)
+            match error {
+                Error::Mismatch { .. } => exit::USAGE,
+                error => exit::of(&error),
+            }
         }
     }
 }

@@ -62,7 +62,7 @@ fn graph(path: &Path) -> Result<String> {
 }
 
 fn spans(path: &Path) -> Result<String> {
-    let file = SpanFile::open(path)?;
+    let file = SpanFile::open(path, None)?;
     let (view, plan, rows) = (file.view(), file.plan(), file.rows());
     let mut out = format!("{}: an image of spans, written by {}\n", path.display(), file.writer());
     let _ = writeln!(out, "  {}, {plan}, rows {} to {}", view.raster(), rows.start, rows.end);
@@ -102,7 +102,7 @@ fn spans(path: &Path) -> Result<String> {
     let _ = writeln!(out, "sources");
     for source in file.frame().sources() {
         let faces = print::grouped(source.faces.faces().len() as u64);
-        let stages: Vec<String> = source
+        let mut stages: Vec<String> = source
             .stack
             .iter()
             .map(|stage| match stage {
@@ -111,6 +111,7 @@ fn spans(path: &Path) -> Result<String> {
                 Stage::Kept(_) => "stored as shaded".to_owned(),
             })
             .collect();
+        stages.dedup();
         let stack = match stages.is_empty() {
             true => String::new(),
             false => format!(", then {}", stages.join(", ")),
@@ -123,7 +124,7 @@ fn spans(path: &Path) -> Result<String> {
         let place = if scene.embedded { "within" } else { "found" };
         let _ = match &scene.missing {
             None => writeln!(out, "scene {}: {place}", scene.path.display()),
-            Some(why) => writeln!(out, "scene {}: missing: {why}", scene.path.display()),
+            Some(why) => writeln!(out, "scene {}: cannot be used: {why}", scene.path.display()),
         };
         is_whole &= scene.missing.is_none();
     }

@@ -2,7 +2,7 @@
 
 use spandrel_engine::graph::demand::{Failure, Wishes};
 use spandrel_engine::graph::diagnostic::{list, nearest};
-use spandrel_engine::graph::document::RawNode;
+use spandrel_engine::graph::document::{Document, RawNode};
 use spandrel_engine::graph::{Graph, Plan, Registry, Run};
 use spandrel_engine::image::Window;
 use spandrel_engine::output;
@@ -106,7 +106,9 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
         let makes = document.nodes.iter().find(|raw| raw.id == *node);
         let kind = makes.and_then(|raw| registry.kind(&raw.kind));
         if let Some(writer_kind) = kind.and_then(|kind| writer_of(kind.output, file)) {
-            document.nodes.push(writer(writer_kind, node, &absolute(file)));
+            let lines =
+                if writer_kind == "WriteSpans" { resolved(&document) } else { String::new() };
+            document.nodes.push(writer(writer_kind, node, &absolute(file), &lines));
             outputs = vec![WRITER.to_owned()];
         }
     }
@@ -162,13 +164,26 @@ fn writer_of(output: &str, file: &Path) -> Option<&'static str> {
     }
 }
 
-fn writer(kind: &str, image: &str, path: &str) -> RawNode {
+/// The size and the lines with which the graph's spans are resolved, as fields, if all are resolved alike.
+fn resolved(document: &Document) -> String {
+    let mut all = document.nodes.iter().filter(|raw| raw.kind == "Resolve").map(|raw| {
+        let lines = raw.value("lines").filter(|lines| !lines.starts_with(['A', 'E']));
+        let field = |name, value: Option<&str>| {
+            value.map_or(String::new(), |value| format!(", {name}: {value}"))
+        };
+        field("size", raw.value("size")) + &field("lines", lines)
+    });
+    let first = all.next().unwrap_or_default();
+    if all.all(|other| other == first) { first } else { String::new() }
+}
+
+fn writer(kind: &str, image: &str, path: &str, fields: &str) -> RawNode {
     RawNode {
         id: WRITER.to_owned(),
         id_span: 0..0,
         kind: kind.to_owned(),
         span: 0..0,
-        text: format!("{kind}(image: {image:?}, path: {path:?})"),
+        text: format!("{kind}(image: {image:?}, path: {path:?}{fields})"),
         settings: vec!["-o".to_owned()],
     }
 }

@@ -69,6 +69,18 @@ impl Default for Camera {
 }
 
 impl Camera {
+    /// The fields in which two cameras differ, as each has them.
+    pub fn differences(&self, other: &Camera) -> [String; 2] {
+        let fields = |camera: &Camera| serde_json::to_value(camera).unwrap_or_default();
+        let (a, b) = (fields(self), fields(other));
+        let names = a.as_object().into_iter().flat_map(|fields| fields.keys());
+        let differing: Vec<&String> = names.filter(|name| a[*name] != b[*name]).collect();
+        [a.clone(), b.clone()].map(|fields| {
+            let parts = differing.iter().map(|name| format!("{name} {}", fields[*name]));
+            parts.collect::<Vec<_>>().join(", ")
+        })
+    }
+
     /// The rotation from world axes to eye axes.
     fn rotation(&self) -> Result<DMat3> {
         let forward = (self.look_at - self.position).try_normalize().ok_or_else(|| {

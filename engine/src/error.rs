@@ -36,7 +36,7 @@ pub enum Error {
     #[error("{0}")]
     Invalid(String),
     /// Two span images cannot meet in one merge.
-    #[error("these images cannot be merged: {what} differs, {left} here and {right} there")]
+    #[error("these images cannot be merged: {what} differs, {left} against {right}")]
     Mismatch {
         /// The property that differs, such as "the line plan".
         what: &'static str,

@@ -58,7 +58,7 @@ fn files(criterion: &mut Criterion) {
         };
         group.bench_function(BenchmarkId::new("write", name), |bencher| bencher.iter(write));
         let read = |path: &PathBuf| {
-            let file = SpanFile::open(path).expect("what was written can be read");
+            let file = SpanFile::open(path, None).expect("what was written can be read");
             file.read(0..1080).expect("what was written can be read")
         };
         group.bench_function(BenchmarkId::new("read", name), |bencher| {

@@ -78,6 +78,7 @@ impl Graph {
         let mut names: HashMap<String, usize> =
             check.nodes.iter().enumerate().map(|(i, node)| (node.id.clone(), i)).collect();
         check.link(&mut names);
+        check.overwritten();
         let order = check.order();
         let Check { nodes, mut faults, .. } = check;
         if !faults.is_empty() {
@@ -127,8 +128,8 @@ struct Check<'a> {
     directory: &'a Path,
     nodes: Vec<Checked>,
     wishes: Vec<Wish>,
-    /// The files that are written, and by which node.
-    outputs: HashMap<PathBuf, String>,
+    /// The files that are written, by which node, and where that is said.
+    outputs: HashMap<PathBuf, (usize, std::ops::Range<usize>)>,
     faults: Vec<Diagnostic>,
 }
 
@@ -157,6 +158,7 @@ impl Check<'_> {
         let from = self.nodes.len();
         let mut files = Vec::new();
         let (wishes, faults, outputs) = (&mut self.wishes, &mut self.faults, &mut self.outputs);
+        let nodes = &self.nodes;
         let directory = self.directory;
         catalogue::visit(&kind.schema, &node.parameters(), &mut |field, leaf| match leaf {
             Leaf::Link { of, reader, target } => {
@@ -170,7 +172,8 @@ impl Check<'_> {
             Leaf::Output(path) if path.is_empty() => {}
             Leaf::Output(path) => {
                 let place = crate::output::tidy(&directory.join(&path));
-                if let Some(first) = outputs.insert(place, raw.id.clone()) {
+                if let Some((first, _)) = outputs.insert(place, (from, raw.field(field))) {
+                    let first = &nodes[first].id;
                     let message = format!("\"{first}\" and \"{}\" write the same file", raw.id);
                     let fault = Diagnostic::error(raw.field(field), message);
                     faults.push(fault.label("the second").help("name another file"));
@@ -279,6 +282,9 @@ impl Check<'_> {
         let text = format!("{}(file: {:?})", kind.name, wish.target);
         match (kind.parse)(&text) {
             Ok(node) => {
+                if let Err(fault) = node.check() {
+                    self.faults.push(Diagnostic::error(span.clone(), fault.message));
+                }
                 self.faults.extend(absent(self.directory, &wish.target, span));
                 names.insert(wish.target.clone(), self.nodes.len());
                 let files = vec![wish.target.clone()];
@@ -288,6 +294,30 @@ impl Check<'_> {
             Err(error) => {
                 self.faults
                     .push(Diagnostic::error(span, format!("this file cannot be named: {error}")));
+            }
+        }
+    }
+
+    /// Reports every node that would overwrite a file which it is made from.
+    fn overwritten(&mut self) {
+        let real =
+            |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| crate::output::tidy(path));
+        for (path, (writer, span)) in &self.outputs {
+            let (mut open, mut seen) = (vec![*writer], vec![false; self.nodes.len()]);
+            while let Some(at) = open.pop() {
+                if std::mem::replace(&mut seen[at], true) {
+                    continue;
+                }
+                let node = &self.nodes[at];
+                open.extend(&node.links);
+                if node.files.iter().any(|file| real(&self.directory.join(file)) == real(path)) {
+                    let writer = &self.nodes[*writer].id;
+                    let message =
+                        format!("\"{writer}\" would overwrite a file that it is made from");
+                    let fault = Diagnostic::error(span.clone(), message);
+                    self.faults.push(fault.label("is read too").help("name another file"));
+                    break;
+                }
             }
         }
     }

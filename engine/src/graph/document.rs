@@ -164,6 +164,11 @@ impl RawNode {
         }
     }
 
+    /// What a field says, if it is there.
+    pub fn value(&self, field: &str) -> Option<&str> {
+        field_span(&self.text, field).map(|span| &self.text[span])
+    }
+
     /// Where the kind's name stands.
     pub fn kind_span(&self) -> Range<usize> {
         self.span.start..self.span.start + self.kind.len().max(1)

@@ -47,7 +47,7 @@ impl PictureColors {
     }
 }
 
-#[typetag::serde]
+#[typetag::serde(name = "RecolorFrom")]
 impl Shader for PictureColors {
     fn reads(&self) -> Columns {
         // Depth is not read, but what is read differs from place to place as depth does.

@@ -263,8 +263,8 @@ impl SpanImage {
             return mismatch("the raster", left.to_string(), right.to_string());
         }
         if self.view != other.view {
-            let camera = |image: &SpanImage| format!("{:?}", image.view.camera());
-            return mismatch("the camera", camera(self), camera(other));
+            let [left, right] = self.view.camera().differences(other.view.camera());
+            return mismatch("the camera", left, right);
         }
         if self.plan != other.plan {
             return mismatch("the line plan", self.plan.to_string(), other.plan.to_string());

@@ -42,13 +42,13 @@ pub struct SpanFile {
 }
 
 impl SpanFile {
-    /// Opens a file and reads its scenes, or finds them where they were. Of a scene that is not there or not
-    /// what it was, depth and the stored colours remain.
+    /// Opens a file and reads its scenes, or finds them where they were or, by their names, in the folder
+    /// `scenes`. Of a scene that is not there or not what it was, depth and the stored colours remain.
     ///
     /// # Errors
     /// If the file cannot be read or is damaged; the error names the block.
-    pub fn open(path: &Path) -> Result<SpanFile> {
-        SpanFile::read_tables(path, true)
+    pub fn open(path: &Path, scenes: Option<&Path>) -> Result<SpanFile> {
+        SpanFile::read_tables(path, Some(scenes))
     }
 
     /// Opens a file and leaves its scenes alone: enough to merge and to write it.
@@ -56,10 +56,10 @@ impl SpanFile {
     /// # Errors
     /// As [`open`](SpanFile::open).
     pub fn open_without_scenes(path: &Path) -> Result<SpanFile> {
-        SpanFile::read_tables(path, false)
+        SpanFile::read_tables(path, None)
     }
 
-    fn read_tables(path: &Path, with_scenes: bool) -> Result<SpanFile> {
+    fn read_tables(path: &Path, scenes: Option<Option<&Path>>) -> Result<SpanFile> {
         let mut file = File::open(path).map_err(|e| Error::file(path, e))?;
         let blocks = block::scan(path, &mut file)?;
         let first = blocks.first().filter(|block| block.kind == Kind::Head);
@@ -100,8 +100,7 @@ impl SpanFile {
         }
 
         let (tables, ids) = read_faces(path, &mut file, &blocks, head.sources.len())?;
-        let (surfaces, scenes) =
-            find_surfaces(path, &mut file, &blocks, &head, &tables, with_scenes)?;
+        let (surfaces, scenes) = find_surfaces(path, &mut file, &blocks, &head, &tables, scenes)?;
         let varying = tables.iter().map(|faces| faces.looks.varying()).sum();
 
         let mut sources: Vec<(usize, Source)> = Vec::new();
@@ -155,6 +154,11 @@ impl SpanFile {
     /// The rows that it holds.
     pub fn rows(&self) -> Rows {
         self.head.rows()
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// The program that wrote it.
@@ -251,12 +255,13 @@ impl SpanFile {
         if (self.view().raster(), own) != (raster, LinePlan { probed: own.probed, ..plan }) {
             let (has, n) = (self.view().raster(), own.per_row);
             let rule = match own.phase {
-                Phase::Centre => format!("Sloped({n}) or Sampled({n}, Box)"),
-                Phase::Border => format!("Sampled({n}, Trapezoid)"),
+                Phase::Centre => format!("`Sloped({n})` or `Sampled({n}, Box)`"),
+                Phase::Border => format!("`Sampled({n}, Trapezoid)`"),
             };
+            let asked = LinePlan { probed: false, ..plan };
             let message = format!(
-                "it holds {has} with {own}, and {raster} with {plan} are asked for: resolve it with size \
-                 ({}, {}) and lines {rule}, or write it anew",
+                "it holds {has} with {own}, and {raster} with {asked} are asked for: ask for the size \
+                 ({}, {}) and the lines {rule}, or write it anew",
                 has.width, has.height
             );
             return Err(Error::in_file(&self.path, message));

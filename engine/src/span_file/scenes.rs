@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::block::{Block, Kind};
 use super::faces::Faces;
-use super::head::Head;
+use super::head::{Head, SceneHead};
 use crate::error::{Error, Result};
 use crate::fragment::{Origin, Surfaces};
 use crate::scene::read::bundle;
@@ -36,7 +36,7 @@ pub(super) fn find_surfaces(
     blocks: &[Block],
     head: &Head,
     tables: &[Faces],
-    with_scenes: bool,
+    with_scenes: Option<Option<&Path>>,
 ) -> Result<(Vec<Found>, Vec<SceneState>)> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut contents: Vec<Option<Arc<[u8]>>> = vec![None; head.scenes.len()];
@@ -45,12 +45,17 @@ pub(super) fn find_surfaces(
         let slot = slot.ok_or_else(|| block.fault(path, "there is no such scene in the head"))?;
         *slot = Some(block.unpack(path, block.read(path, file)?)?.into());
     }
-    let origins: Vec<_> = head
-        .scenes
-        .iter()
-        .zip(contents)
-        .map(|(scene, bytes)| scene.origin(folder, bytes))
-        .collect();
+    let origin = |(scene, bytes): (&SceneHead, Option<Arc<[u8]>>)| {
+        let mut origin = scene.origin(folder, bytes);
+        let other = with_scenes.flatten().zip(origin.file.file_name());
+        if let Some((folder, name)) = other
+            && !origin.file.exists()
+        {
+            origin.file = folder.join(name);
+        }
+        origin
+    };
+    let origins: Vec<Origin> = head.scenes.iter().zip(contents).map(origin).collect();
     let mut states: Vec<SceneState> = origins
         .iter()
         .map(|origin| SceneState {
@@ -79,8 +84,8 @@ pub(super) fn find_surfaces(
             Some((_, scene)) => scene.clone(),
             None => {
                 let scene = match with_scenes {
-                    true => bundle::find(origin, label).map(Arc::new).map_err(|e| e.to_string()),
-                    false => Err("scenes were not asked for".to_owned()),
+                    Some(_) => bundle::find(origin, label).map(Arc::new).map_err(|e| e.to_string()),
+                    None => Err("scenes were not asked for".to_owned()),
                 };
                 known.push(((at, label), scene.clone()));
                 scene
@@ -97,8 +102,8 @@ pub(super) fn find_surfaces(
         match scene {
             Ok(scene) => found.push(Found::Scene(Arc::new(SceneSurfaces::new(scene)))),
             Err(error) => {
-                let why = format!("the scene of \"{label}\" is not there ({error})");
-                if with_scenes {
+                let why = format!("the scene of \"{label}\" cannot be used ({error})");
+                if with_scenes.is_some() {
                     states[at].missing = Some(error);
                 }
                 found.push(Found::Nothing(Some(origin.clone()), why));

@@ -138,7 +138,8 @@ impl Surfaces for Stored {
             let why = &self.why;
             return Err(Error::invalid(format!(
                 "normals are asked for (by lights, or as a channel), and {why}: its span file knows depth \
-                 and colour only"
+                 and colour only. Put the scene back (`ReadSpans` has a field for its folder), or write the \
+                 file with `scenes: Embedded`, or lit, with `shaded: true`"
             )));
         }
         Ok(())

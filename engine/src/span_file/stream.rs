@@ -23,7 +23,7 @@ pub fn merge(inputs: &[&Path], output: &Path, progress: &dyn Fn(u32, u32)) -> Re
         return Err(Error::invalid("a merge needs at least one file"));
     };
     let rows = first.rows();
-    files.iter().try_for_each(|file| check_rows(&rows, file))?;
+    files[1..].iter().try_for_each(|file| check_alike(first, file))?;
     let frames: Vec<SpanImage> =
         files.iter().map(|file| file.frame().over(rows.start..rows.start)).collect();
     let union = Union::new(&frames)?;
@@ -66,7 +66,7 @@ pub struct Difference {
 /// If they differ in camera, raster, line plan or rows, or are damaged.
 pub fn compare(a: &SpanFile, b: &SpanFile) -> Result<Difference> {
     let rows = a.rows();
-    check_rows(&rows, b)?;
+    check_alike(a, b)?;
     let files = [a, b];
     let frames = files.map(|file| file.frame().over(rows.start..rows.start));
     let union = Union::new(&frames)?;
@@ -142,13 +142,26 @@ fn segments_apart(a: &[Segment], b: &[Segment]) -> u64 {
     apart
 }
 
-fn check_rows(rows: &Rows, other: &SpanFile) -> Result<()> {
-    if other.rows() == *rows {
-        return Ok(());
-    }
-    let text = |rows: &Rows| format!("rows {} to {}", rows.start, rows.end);
-    let (left, right) = (text(rows), text(&other.rows()));
-    Err(Error::Mismatch { what: "the range of rows", left, right })
+/// Whether two files hold the same rows of the same picture; an error names both.
+fn check_alike(first: &SpanFile, other: &SpanFile) -> Result<()> {
+    let frame = |file: &SpanFile| file.frame().over(0..0);
+    let cameras = Union::new(&[frame(first), frame(other)]).map(|_| ());
+    let rows = || match first.rows() == other.rows() {
+        true => Ok(()),
+        false => {
+            let text = |rows: Rows| format!("rows {} to {}", rows.start, rows.end);
+            let (left, right) = (text(first.rows()), text(other.rows()));
+            Err(Error::Mismatch { what: "the range of rows", left, right })
+        }
+    };
+    cameras.and_then(|()| rows()).map_err(|error| match error {
+        Error::Mismatch { what, left, right } => {
+            let [left, right] = [(left, first), (right, other)]
+                .map(|(value, file)| format!("{value} in {}", file.path().display()));
+            Error::Mismatch { what, left, right }
+        }
+        other => other,
+    })
 }
 
 #[cfg(test)]

@@ -21,13 +21,14 @@ pub struct WriteSpans {
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.
     pub size: (u32, u32),
     /// The rule for which lines are written, as `Resolve` has it: `Sloped(n)` and `Sampled(n, Box)` have the same
-    /// lines, `Sampled(n, Trapezoid)` has others.
+    /// lines, `Sampled(n, Trapezoid)` has others; not `Adaptive` or `Exact`, which ask for more as they go.
     pub lines: Rule,
     /// What of the scenes goes into the file: `ByPath`, where they are and a hash of what they are; `Embedded`,
     /// all that they hold; `Left`, nothing: then no light can be set any more.
     pub scenes: Scenes,
-    /// Store faces as they are shaded, not as they are by themselves with what shades them. Of a face whose shading
-    /// differs from place to place, one place's is stored.
+    /// Store faces as they are shaded, not as they are by themselves with what shades them; no scene is stored then.
+    /// Of a face whose shading differs from place to place, one place's is stored: right for lights on flat faces; fog
+    /// and pictures are better added after reading.
     pub shaded: bool,
 }
 
@@ -73,7 +74,7 @@ impl Node for WriteSpans {
         if self.lines.tolerance().is_some() {
             return Err(FieldError::new(
                 "lines",
-                "a file holds the lines of `Sloped` or `Sampled`: it cannot be asked for more",
+                "a file cannot be asked for more lines: write it with `Sloped(n)` or `Sampled(n, ..)`",
             ));
         }
         Raster::new(self.size.0, self.size.1).map_err(at("size"))?;
@@ -106,7 +107,8 @@ impl Node for WriteSpans {
         let written = span_file::write(&inputs.get(&self.image), &path, options)?;
         if self.shaded && written.varying > 0 {
             inputs.warn(&format!(
-                "{} of {} faces are not shaded alike all over: of each the colour of one place is stored",
+                "{} of {} faces are not shaded alike all over, and of each the colour of one place is stored: add fog and \
+                 pictures after reading",
                 written.varying, written.faces
             ));
         }

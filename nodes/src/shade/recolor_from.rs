@@ -12,7 +12,8 @@ use std::sync::Arc;
 
 /// Gives the surfaces of an image the colours of a flat picture of it: what was graded or painted by other means
 /// goes back onto them, and merges, hides and is hidden as they do. A picture of another size is stretched over the
-/// image, as if thrown from the camera.
+/// image, as if thrown from the camera. Lights that follow act on these colours as on any: recolour after lighting, or
+/// light after recolouring, not both. A span file holds the picture with the image.
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct RecolorFrom {

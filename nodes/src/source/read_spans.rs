@@ -1,22 +1,25 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
-use spandrel_engine::graph::node::InFile;
+use spandrel_engine::graph::node::{FieldError, InFile};
 use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file::SpanFile;
 use spandrel_engine::values::Lines;
+use std::path::Path;
 
 /// Reads an image of spans from a .span file: only the rows that are needed. Its camera, size and lines are
 /// those with which it was written. Scenes that it names are found again, so that it can be lit; without them,
-/// depth, merging and the stored colours remain, and a warning says so.
+/// depth, merging and the stored colours remain, and a warning says so; lights are an error then.
 ///
 /// A link to an image may name the file itself.
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReadSpans {
-    /// The file.
+    /// The file, ending in `.span`.
     pub file: InFile,
+    /// A folder in which scenes are looked for by their names, if they are not where they were.
+    pub scenes: Option<String>,
 }
 
 impl Node for ReadSpans {
@@ -25,23 +28,34 @@ impl Node for ReadSpans {
     const GROUP: &'static str = "source";
     const ALIASES: &'static [&'static str] = &["DeepRead", "ReadDeep"];
 
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        let is_other = |file: &str| Path::new(file).extension().is_none_or(|e| e != "span");
+        if !self.file.0.is_empty() && is_other(&self.file.0) {
+            let message =
+                format!("\"{}\" is no file of spans: its name ends in .span", self.file.0);
+            return Err(FieldError::new("file", message));
+        }
+        Ok(())
+    }
+
     fn demand(&self, _: &Lines, _: &mut Upstream<'_>) -> Result<()> {
         Ok(())
     }
 
     fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
-        let file = SpanFile::open(&self.file.resolve(inputs))?;
+        let folder = self.scenes.as_ref().map(|folder| inputs.directory().join(folder));
+        let file = SpanFile::open(&self.file.resolve(inputs), folder.as_deref())?;
         for scene in file.scenes() {
             if let Some(why) = &scene.missing {
                 inputs.warn(&format!("{why}; depth and the stored colours remain"));
             }
         }
+        let image = file.deliver(wanted.raster, wanted.plan, wanted.rows.clone())?;
         if wanted.plan.probed {
             inputs.warn(
-                "a file holds its lines and no more: `Adaptive` and `Exact` leave it, and what it is merged into, as \
-                 `Sloped` does",
+                "a file holds its lines and no more: `Adaptive` leaves it, and what it is merged into, as `Sloped` does",
             );
         }
-        file.deliver(wanted.raster, wanted.plan, wanted.rows.clone())
+        Ok(image)
     }
 }
