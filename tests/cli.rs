@@ -428,3 +428,18 @@ fn inspect_draws_a_line_of_an_image_and_of_what_it_is_made_of() {
         assert!(ran.err.contains(word), "{}", ran.err);
     }
 }
+
+#[test]
+fn what_was_written_before_a_failure_is_told() {
+    let folder = Folder::new("before-failure");
+    let graph = GRAPH.replace(
+        "\"wide\": Resolve",
+        "\"late\": Write(image: \"picture\", path: \"g.ron/x.png\"), \"wide\": Resolve",
+    );
+    std::fs::write(folder.0.join("f.ron"), graph).unwrap();
+    // One thread: the writer that fails comes after the other or before it, and either is told.
+    let ran = folder.run(&["render", "f.ron", "-j", "1"]);
+    assert_eq!(ran.code, Some(1), "{ran:?}");
+    let was_written = folder.png("out/a.png").is_some();
+    assert_eq!(ran.err.contains("written before the failure by: file"), was_written, "{ran:?}");
+}

@@ -35,6 +35,8 @@ pub(crate) struct Shown {
     bar: ProgressBar,
     /// The nodes that are being evaluated.
     busy: Mutex<Vec<String>>,
+    /// The nodes that have written a file.
+    written: Mutex<Vec<String>>,
 }
 
 impl Shown {
@@ -50,12 +52,17 @@ impl Shown {
         if detail == Detail::Bar {
             bar.enable_steady_tick(std::time::Duration::from_millis(100));
         }
-        Shown { detail, bar, busy: Mutex::new(Vec::new()) }
+        Shown { detail, bar, busy: Mutex::default(), written: Mutex::default() }
     }
 
     /// Takes the bar away.
     pub(crate) fn clear(&self) {
         self.bar.finish_and_clear();
+    }
+
+    /// The nodes that have written a file.
+    pub(crate) fn written(&self) -> Vec<String> {
+        self.written.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn with_busy(&self, change: impl FnOnce(&mut Vec<String>)) {
@@ -79,6 +86,9 @@ impl Progress for Shown {
     fn finished(&self, report: &Report) {
         self.with_busy(|busy| busy.retain(|node| *node != report.node));
         self.bar.inc(1);
+        if report.facts.iter().any(|(name, _)| *name == "file bytes") {
+            self.written.lock().unwrap_or_else(PoisonError::into_inner).push(report.node.clone());
+        }
         if self.detail == Detail::Lines && report.outcome == Outcome::Evaluated {
             let facts: Vec<String> = report
                 .facts

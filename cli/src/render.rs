@@ -54,7 +54,13 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
     let evaluated = Run::new().evaluate(&graph, &plan, &shown);
     shown.clear();
     let seconds = clock.elapsed().as_secs_f64();
-    let evaluated = evaluated.map_err(|failure| fail(args, &failure))?;
+    let evaluated = evaluated.map_err(|failure| {
+        let written = shown.written();
+        if detail != Detail::Quiet && !written.is_empty() {
+            print::err(&format!("written before the failure by: {}", written.join(", ")));
+        }
+        fail(args, &failure)
+    })?;
     if args.explain {
         print::out(&stats::explanation(&graph, &plan, &evaluated.reports));
     }
@@ -66,9 +72,13 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
     if detail != Detail::Quiet {
         for wish in 0..outputs.len() {
             let Delivery { path, bytes } = &*evaluated.value::<Delivery>(wish);
-            let (size, time) = (print::bytes(*bytes), print::seconds(seconds));
-            print::err(&format!("wrote {} ({size}, {time})", output::tidy(path).display()));
+            print::err(&format!(
+                "wrote {} ({})",
+                output::tidy(path).display(),
+                print::bytes(*bytes)
+            ));
         }
+        print::err(&format!("done in {}", print::seconds(seconds)));
     }
     Ok(())
 }
