@@ -355,6 +355,8 @@ fn spans_are_written_merged_compared_and_read() {
     // Other lines are asked for than there are.
     let ran = folder.run(&["render", "r.ron", "-w", "file", "--set", "picture.lines=Sloped(3)"]);
     assert!(ran.err.contains("the lines `Sloped(2)`"), "{ran:?}");
+    let dry = ["render", "r.ron", "-n", "-w", "file", "--set", "picture.lines=Sloped(3)"];
+    assert_eq!(folder.run(&dry).code, Some(4));
     // What a graph is made from is not overwritten by it; what is no file of spans is not read as one.
     let ran = folder.run(&["render", "r.ron", "-w", "lit", "-o", "both.span"]);
     assert_eq!(ran.code, Some(3), "{ran:?}");

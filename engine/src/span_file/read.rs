@@ -60,16 +60,8 @@ impl SpanFile {
     }
 
     fn read_tables(path: &Path, scenes: Option<Option<&Path>>) -> Result<SpanFile> {
-        let mut file = File::open(path).map_err(|e| Error::file(path, e))?;
-        let blocks = block::scan(path, &mut file)?;
-        let first = blocks.first().filter(|block| block.kind == Kind::Head);
-        let first =
-            first.ok_or_else(|| Error::at_byte(path, 16, "the first block is not \"head\""))?;
-        if let Some(second) = blocks[1..].iter().find(|block| block.kind == Kind::Head) {
-            return Err(second.fault(path, "it is there twice"));
-        }
-        let text = first.unpack(path, first.read(path, &mut file)?)?;
-        let head: Head = serde_json::from_slice(&text).map_err(|e| first.fault(path, e))?;
+        let (mut file, blocks, head) = open_head(path)?;
+        let first = &blocks[0];
         let in_head = |error: Error| first.fault(path, error);
         let (view, plan, rows) =
             (head.view().map_err(in_head)?, head.plan().map_err(in_head)?, head.rows());
@@ -251,22 +243,19 @@ impl SpanFile {
     /// # Errors
     /// If the file has other lines, or as [`read`](SpanFile::read).
     pub fn deliver(&self, raster: Raster, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
-        let own = self.plan();
-        if (self.view().raster(), own) != (raster, LinePlan { probed: own.probed, ..plan }) {
-            let (has, n) = (self.view().raster(), own.per_row);
-            let rule = match own.phase {
-                Phase::Centre => format!("`Sloped({n})` or `Sampled({n}, Box)`"),
-                Phase::Border => format!("`Sampled({n}, Trapezoid)`"),
-            };
-            let asked = LinePlan { probed: false, ..plan };
-            let message = format!(
-                "it holds {has} with {own}, and {raster} with {asked} are asked for: ask for the size \
-                 ({}, {}) and the lines {rule}, or write it anew",
-                has.width, has.height
-            );
-            return Err(Error::in_file(&self.path, message));
-        }
+        check_asked(&self.path, (self.view().raster(), self.plan()), (raster, plan))?;
         Ok(self.read(rows)?.for_plan(plan))
+    }
+
+    /// Whether a file can [deliver](SpanFile::deliver) lines of `plan` at `raster`; reads its head only.
+    ///
+    /// # Errors
+    /// If it cannot, or is no span file.
+    pub fn check(path: &Path, raster: Raster, plan: LinePlan) -> Result<()> {
+        let (_, blocks, head) = open_head(path)?;
+        let in_head = |error: Error| blocks[0].fault(path, error);
+        let own = head.view().map_err(in_head)?.raster();
+        check_asked(path, (own, head.plan().map_err(in_head)?), (raster, plan))
     }
 
     /// The lines of a block that are wanted.
@@ -304,6 +293,40 @@ impl SpanFile {
         };
         Ok((spans, layers))
     }
+}
+
+/// Opens a file and reads its first block: what it is of. There is at least that block.
+fn open_head(path: &Path) -> Result<(File, Vec<Block>, Head)> {
+    let mut file = File::open(path).map_err(|e| Error::file(path, e))?;
+    let blocks = block::scan(path, &mut file)?;
+    let first = blocks.first().filter(|block| block.kind == Kind::Head);
+    let first = first.ok_or_else(|| Error::at_byte(path, 16, "the first block is not \"head\""))?;
+    if let Some(second) = blocks[1..].iter().find(|block| block.kind == Kind::Head) {
+        return Err(second.fault(path, "it is there twice"));
+    }
+    let text = first.unpack(path, first.read(path, &mut file)?)?;
+    let head: Head = serde_json::from_slice(&text).map_err(|e| first.fault(path, e))?;
+    Ok((file, blocks, head))
+}
+
+/// Whether what a file holds is what is asked for.
+fn check_asked(path: &Path, own: (Raster, LinePlan), asked: (Raster, LinePlan)) -> Result<()> {
+    let ((has, plan), (raster, wanted)) = (own, asked);
+    let wanted = LinePlan { probed: false, ..wanted };
+    if (has, plan) == (raster, wanted) {
+        return Ok(());
+    }
+    let n = plan.per_row;
+    let rule = match plan.phase {
+        Phase::Centre => format!("`Sloped({n})` or `Sampled({n}, Box)`"),
+        Phase::Border => format!("`Sampled({n}, Trapezoid)`"),
+    };
+    let message = format!(
+        "it holds {has} with {plan}, and {raster} with {wanted} are asked for: ask for the size ({}, {}) \
+         and the lines {rule}, or write it anew",
+        has.width, has.height
+    );
+    Err(Error::in_file(path, message))
 }
 
 /// Some lines of many.

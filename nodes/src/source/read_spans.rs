@@ -38,8 +38,9 @@ impl Node for ReadSpans {
         Ok(())
     }
 
-    fn demand(&self, _: &Lines, _: &mut Upstream<'_>) -> Result<()> {
-        Ok(())
+    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+        // Before anything is computed.
+        SpanFile::check(&upstream.directory().join(&self.file.0), wanted.raster, wanted.plan)
     }
 
     fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
