@@ -11,7 +11,7 @@ use super::column::Bytes;
 use super::faces::Faces;
 use super::head::Head;
 use super::lines;
-use super::scenes::{Found, SceneState, find_surfaces};
+use super::scenes::{Found, SceneState, Search, find_surfaces};
 use super::stored;
 use crate::camera::View;
 use crate::error::{Error, Result};
@@ -48,7 +48,7 @@ impl SpanFile {
     /// # Errors
     /// If the file cannot be read or is damaged; the error names the block.
     pub fn open(path: &Path, scenes: Option<&Path>) -> Result<SpanFile> {
-        SpanFile::read_tables(path, Some(scenes))
+        SpanFile::read_tables(path, Search::Also(scenes))
     }
 
     /// Opens a file and leaves its scenes alone: enough to merge and to write it.
@@ -56,10 +56,10 @@ impl SpanFile {
     /// # Errors
     /// As [`open`](SpanFile::open).
     pub fn open_without_scenes(path: &Path) -> Result<SpanFile> {
-        SpanFile::read_tables(path, None)
+        SpanFile::read_tables(path, Search::Nothing)
     }
 
-    fn read_tables(path: &Path, scenes: Option<Option<&Path>>) -> Result<SpanFile> {
+    fn read_tables(path: &Path, search: Search<'_>) -> Result<SpanFile> {
         let (mut file, blocks, head) = open_head(path)?;
         let first = &blocks[0];
         let in_head = |error: Error| first.fault(path, error);
@@ -68,31 +68,9 @@ impl SpanFile {
         if rows.start > rows.end || rows.end > head.height {
             return Err(first.fault(path, format!("the rows {rows:?} are not within the picture")));
         }
-        let mut lines: Vec<Block> = Vec::new();
-        let mut next = plan.lines(&rows).start;
-        for block in blocks.iter().filter(|block| block.kind == Kind::Lines) {
-            if block.a != next || !(1..=MAX_LINES).contains(&block.b) {
-                let message = format!(
-                    "line {next} should come next, and at most {MAX_LINES} lines in a block"
-                );
-                return Err(block.fault(path, message));
-            }
-            next = block
-                .a
-                .checked_add(block.b)
-                .ok_or_else(|| block.fault(path, "it has too many lines"))?;
-            lines.push(*block);
-        }
-        let end = plan.lines(&rows).end;
-        if next != end {
-            return Err(Error::in_file(
-                path,
-                format!("its lines end with {next}, not {end}: write it again"),
-            ));
-        }
-
+        let lines = line_blocks(path, &blocks, plan.lines(&rows))?;
         let (tables, ids) = read_faces(path, &mut file, &blocks, head.sources.len())?;
-        let (surfaces, scenes) = find_surfaces(path, &mut file, &blocks, &head, &tables, scenes)?;
+        let (surfaces, scenes) = find_surfaces(path, &mut file, &blocks, &head, &tables, search)?;
         let varying = tables.iter().map(|faces| faces.looks.varying()).sum();
 
         let mut sources: Vec<(usize, Source)> = Vec::new();
@@ -293,6 +271,27 @@ impl SpanFile {
         };
         Ok((spans, layers))
     }
+}
+
+/// The blocks that hold the lines `all`, in order and without a gap.
+fn line_blocks(path: &Path, blocks: &[Block], all: Range<u32>) -> Result<Vec<Block>> {
+    let mut lines: Vec<Block> = Vec::new();
+    let mut next = all.start;
+    for block in blocks.iter().filter(|block| block.kind == Kind::Lines) {
+        if block.a != next || !(1..=MAX_LINES).contains(&block.b) {
+            let message =
+                format!("line {next} should come next, and at most {MAX_LINES} lines in a block");
+            return Err(block.fault(path, message));
+        }
+        let end = block.a.checked_add(block.b);
+        next = end.ok_or_else(|| block.fault(path, "it has too many lines"))?;
+        lines.push(*block);
+    }
+    if next != all.end {
+        let message = format!("its lines end with {next}, not {}: write it again", all.end);
+        return Err(Error::in_file(path, message));
+    }
+    Ok(lines)
 }
 
 /// Opens a file and reads its first block: what it is of. There is at least that block.

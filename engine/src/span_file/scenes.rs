@@ -23,6 +23,15 @@ pub struct SceneState {
     pub missing: Option<String>,
 }
 
+/// Where scenes are looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Search<'p> {
+    /// Nowhere.
+    Nothing,
+    /// Where they were and, by their names, in this folder.
+    Also(Option<&'p Path>),
+}
+
 /// What is known of a source's surfaces.
 pub(super) enum Found {
     Scene(Arc<dyn Surfaces>),
@@ -36,7 +45,7 @@ pub(super) fn find_surfaces(
     blocks: &[Block],
     head: &Head,
     tables: &[Faces],
-    with_scenes: Option<Option<&Path>>,
+    search: Search<'_>,
 ) -> Result<(Vec<Found>, Vec<SceneState>)> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut contents: Vec<Option<Arc<[u8]>>> = vec![None; head.scenes.len()];
@@ -47,8 +56,8 @@ pub(super) fn find_surfaces(
     }
     let origin = |(scene, bytes): (&SceneHead, Option<Arc<[u8]>>)| {
         let mut origin = scene.origin(folder, bytes);
-        let other = with_scenes.flatten().zip(origin.file.file_name());
-        if let Some((folder, name)) = other
+        if let Search::Also(Some(folder)) = search
+            && let Some(name) = origin.file.file_name()
             && !origin.file.exists()
         {
             origin.file = folder.join(name);
@@ -83,9 +92,11 @@ pub(super) fn find_surfaces(
         let scene = match known.iter().find(|(id, _)| *id == (at, label)) {
             Some((_, scene)) => scene.clone(),
             None => {
-                let scene = match with_scenes {
-                    Some(_) => bundle::find(origin, label).map(Arc::new).map_err(|e| e.to_string()),
-                    None => Err("scenes were not asked for".to_owned()),
+                let scene = match search {
+                    Search::Also(_) => {
+                        bundle::find(origin, label).map(Arc::new).map_err(|e| e.to_string())
+                    }
+                    Search::Nothing => Err("scenes were not asked for".to_owned()),
                 };
                 known.push(((at, label), scene.clone()));
                 scene
@@ -103,7 +114,7 @@ pub(super) fn find_surfaces(
             Ok(scene) => found.push(Found::Scene(Arc::new(SceneSurfaces::new(scene)))),
             Err(error) => {
                 let why = format!("the scene of \"{label}\" cannot be used ({error})");
-                if with_scenes.is_some() {
+                if search != Search::Nothing {
                     states[at].missing = Some(error);
                 }
                 found.push(Found::Nothing(Some(origin.clone()), why));
