@@ -5,4 +5,5 @@ pub mod known;
 pub mod program;
 pub mod random;
 pub mod scenes;
+pub mod spans;
 pub mod town;
