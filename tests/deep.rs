@@ -4,7 +4,7 @@ use glam::DVec3;
 use spandrel_engine::image::Image;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::Mesh;
-use spandrel_engine::shade::PictureColors;
+use spandrel_engine::shade::{PictureColors, PictureFrame};
 use spandrel_engine::span::{DepthRange, Keep, SpanImage};
 use spandrel_engine::visible;
 use spandrel_tests::scenes;
@@ -201,6 +201,7 @@ fn a_flat_picture_put_on_its_surfaces_comes_out_again() {
         // Anything with the alpha of the image: here, the image turned to other colours after resolving.
         let flat = picture(&image);
         let (width, height) = SIZE;
+        let frame = PictureFrame { size: SIZE, corner: (0, 0), part: SIZE };
         let pixels: Vec<[f32; 4]> = (0..height)
             .flat_map(|y| (0..width).map(move |x| (x, y)))
             .map(|(x, y)| {
@@ -208,7 +209,7 @@ fn a_flat_picture_put_on_its_surfaces_comes_out_again() {
                 [a * 0.5, a * x as f32 / width as f32, a * (y % 5) as f32, a]
             })
             .collect();
-        let colors = PictureColors::new(width, height, &pixels).unwrap();
+        let colors = PictureColors::new(frame, pixels.iter().copied()).unwrap();
         let recolored = image.shaded(Arc::new(colors)).unwrap();
         let again = picture(&recolored);
         for (i, expected) in pixels.iter().enumerate() {

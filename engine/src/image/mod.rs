@@ -128,6 +128,16 @@ impl Image {
         [value("R", 0.0), value("G", 0.0), value("B", 0.0), value("A", 1.0)]
     }
 
+    /// Red, green, blue and alpha of all pixels of the data window, row by row, as [`rgba`](Image::rgba)
+    /// has them.
+    pub fn pixels(&self) -> impl Iterator<Item = [f32; 4]> + '_ {
+        let channels = ["R", "G", "B", "A"].map(|name| self.float(name));
+        (0..self.window.area()).map(move |at| {
+            let [r, g, b, a] = channels.map(|values| values.map(|values| values[at]));
+            [r.unwrap_or(0.0), g.unwrap_or(0.0), b.unwrap_or(0.0), a.unwrap_or(1.0)]
+        })
+    }
+
     /// The part of the picture in a window.
     #[must_use]
     pub fn cropped(&self, window: Window) -> Image {

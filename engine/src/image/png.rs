@@ -13,14 +13,11 @@ use crate::error::{Error, Result};
 pub(super) fn write(image: &Image, bits: u32, path: &Path, out: &mut impl Write) -> Result<()> {
     let (width, height) = (image.window.width, image.window.height);
     let mut samples = Vec::with_capacity(image.window.area() * 4);
-    for y in 0..height {
-        for x in 0..width {
-            let [r, g, b, a] = image.rgba(x, y);
-            let alpha = if a > 0.0 { a.min(1.0) } else { 0.0 };
-            let straight = if alpha > 0.0 { 1.0 / alpha } else { 0.0 };
-            samples.extend([r, g, b].map(|v| encode_srgb(v * straight)));
-            samples.push(alpha);
-        }
+    for [r, g, b, a] in image.pixels() {
+        let alpha = if a > 0.0 { a.min(1.0) } else { 0.0 };
+        let straight = if alpha > 0.0 { 1.0 / alpha } else { 0.0 };
+        samples.extend([r, g, b].map(|v| encode_srgb(v * straight)));
+        samples.push(alpha);
     }
     let (bytes, color) = if bits == 16 {
         let wide = samples.iter().map(|v| (v * 65_535.0).round() as u16);

@@ -9,5 +9,5 @@ pub mod recolor;
 pub use fog::Fog;
 pub use illuminate::Illuminate;
 pub use light::{Light, ParallelLight};
-pub use picture::PictureColors;
+pub use picture::{PictureColors, PictureFrame};
 pub use recolor::Recolor;

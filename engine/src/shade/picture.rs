@@ -12,38 +12,79 @@ use std::io::{Read, Write};
 use std::sync::Arc;
 
 use crate::color::Color;
+use crate::error::{Error, Result};
 use crate::fragment::{Columns, Fragments, Shader};
 
 /// Gives surfaces the colour that a picture has where they are seen: the pixel's own, so that a picture of
 /// the same size comes out again wherever its alpha is what the surfaces cover. Depth and coverage stay.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureColors {
-    width: u32,
-    height: u32,
-    /// Colours without alpha, row by row.
+    frame: PictureFrame,
+    /// Colours without alpha of the part that is held, row by row.
     colors: Arc<[Color]>,
 }
 
+/// A picture's size in pixels, and the part of it that is held; elsewhere it is black.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PictureFrame {
+    /// Width and height of the whole.
+    pub size: (u32, u32),
+    /// First column and row of the part.
+    pub corner: (u32, u32),
+    /// Columns and rows of the part.
+    pub part: (u32, u32),
+}
+
+impl PictureFrame {
+    /// The pixels of the part; `None` if the part is empty or not within the picture.
+    fn count(&self) -> Option<u64> {
+        let within = |corner: u32, part: u32, size: u32| {
+            part > 0 && corner.checked_add(part).is_some_and(|end| end <= size)
+        };
+        let is_within = within(self.corner.0, self.part.0, self.size.0)
+            && within(self.corner.1, self.part.1, self.size.1);
+        is_within.then(|| u64::from(self.part.0) * u64::from(self.part.1))
+    }
+}
+
 impl PictureColors {
-    /// From red, green, blue and alpha, associated, of every pixel, row by row. Where alpha is 0 the colour
-    /// is taken as it is. `None` if there are no pixels, or not `width` times `height`.
-    pub fn new(width: u32, height: u32, pixels: &[[f32; 4]]) -> Option<PictureColors> {
-        let is_whole = pixels.len() as u64 == u64::from(width) * u64::from(height);
-        let plain = |[r, g, b, a]: &[f32; 4]| {
-            let a = if *a > 0.0 { *a } else { 1.0 };
+    /// From red, green, blue and alpha, associated, of every pixel of the part that is held, row by row.
+    /// Where alpha is 0 the colour is taken as it is.
+    ///
+    /// # Errors
+    /// If there are no pixels, the part is not within the picture, or they are not as many as it has.
+    pub fn new(
+        frame: PictureFrame,
+        pixels: impl Iterator<Item = [f32; 4]>,
+    ) -> Result<PictureColors> {
+        let plain = |[r, g, b, a]: [f32; 4]| {
+            let a = if a > 0.0 { a } else { 1.0 };
             Color::new(r / a, g / a, b / a)
         };
-        let colors = pixels.iter().map(plain).collect();
-        (is_whole && !pixels.is_empty()).then_some(PictureColors { width, height, colors })
+        let colors: Arc<[Color]> = pixels.map(plain).collect();
+        if frame.count() != Some(colors.len() as u64) {
+            return Err(Error::invalid(format!(
+                "{} colours for a picture of {frame:?}",
+                colors.len()
+            )));
+        }
+        Ok(PictureColors { frame, colors })
     }
 
     /// The colour at a point of the raster, given as shares of its width and height.
     fn at(&self, x: f64, y: f64) -> Color {
-        let place = |share: f64, count: u32| {
-            let place = (share * f64::from(count)).clamp(0.0, f64::from(count - 1));
-            place as usize
+        let PictureFrame { size, corner, part } = self.frame;
+        // The place in the part, if it is there.
+        let place = |share: f64, size: u32, corner: u32, part: u32| {
+            let last = f64::from(size - 1);
+            let place = (share * f64::from(size)).clamp(0.0, last) as u32;
+            place.checked_sub(corner).filter(|place| *place < part)
         };
-        self.colors[place(y, self.height) * self.width as usize + place(x, self.width)]
+        let column = place(x, size.0, corner.0, part.0);
+        match column.zip(place(y, size.1, corner.1, part.1)) {
+            Some((x, y)) => self.colors[y as usize * part.0 as usize + x as usize],
+            None => Color::BLACK,
+        }
     }
 }
 
@@ -66,8 +107,7 @@ impl Shader for PictureColors {
 /// How it is saved.
 #[derive(Serialize, Deserialize)]
 struct Saved {
-    width: u32,
-    height: u32,
+    frame: PictureFrame,
     /// Red, green and blue of every pixel as floats, packed by zlib, as text.
     colors: String,
 }
@@ -79,25 +119,25 @@ impl Serialize for PictureColors {
         let bytes: Vec<u8> = floats.flat_map(f32::to_le_bytes).collect();
         let packed = packer.write_all(&bytes).and_then(|()| packer.finish());
         let colors = BASE64.encode(packed.map_err(S::Error::custom)?);
-        Saved { width: self.width, height: self.height, colors }.serialize(serializer)
+        Saved { frame: self.frame, colors }.serialize(serializer)
     }
 }
 
 impl<'de> Deserialize<'de> for PictureColors {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<PictureColors, D::Error> {
-        let Saved { width, height, colors } = Saved::deserialize(deserializer)?;
-        let count = u64::from(width) * u64::from(height);
+        let Saved { frame, colors } = Saved::deserialize(deserializer)?;
+        let count = frame.count().ok_or_else(|| D::Error::custom("a picture without pixels"))?;
         let packed = BASE64.decode(colors).map_err(D::Error::custom)?;
         let mut bytes = Vec::new();
         let mut unpacker =
             ZlibDecoder::new(&packed[..]).take(count.saturating_mul(12).saturating_add(1));
         unpacker.read_to_end(&mut bytes).map_err(D::Error::custom)?;
-        if count == 0 || bytes.len() as u64 != count * 12 {
+        if bytes.len() as u64 != count.saturating_mul(12) {
             return Err(D::Error::custom("a picture does not have the pixels that it says"));
         }
         let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
         let color = |bytes: &[u8]| Color::new(float(bytes), float(&bytes[4..]), float(&bytes[8..]));
-        Ok(PictureColors { width, height, colors: bytes.chunks_exact(12).map(color).collect() })
+        Ok(PictureColors { frame, colors: bytes.chunks_exact(12).map(color).collect() })
     }
 }
 
@@ -107,16 +147,22 @@ mod tests {
 
     #[test]
     fn a_picture_comes_back_from_its_saved_form() {
-        let pixels: Vec<[f32; 4]> = (0..6).map(|i| [i as f32 / 3.0, 0.1, 0.2, 0.5]).collect();
-        let picture = PictureColors::new(3, 2, &pixels).unwrap();
+        let pixels = || (0..6).map(|i| [i as f32 / 3.0, 0.1, 0.2, 0.5]);
+        // The right part of a picture four wide.
+        let frame = PictureFrame { size: (4, 2), corner: (1, 0), part: (3, 2) };
+        let picture = PictureColors::new(frame, pixels()).unwrap();
         assert_eq!(picture.at(0.99, 0.99), Color::new(10.0 / 3.0, 0.2, 0.4));
-        assert_eq!(picture.at(-1.0, 0.0), Color::new(0.0, 0.2, 0.4));
+        assert_eq!(picture.at(0.3, -1.0), Color::new(0.0, 0.2, 0.4));
+        assert_eq!(picture.at(0.2, 0.0), Color::BLACK);
         let shader: Arc<dyn Shader> = Arc::new(picture.clone());
         let text = serde_json::to_string(&*shader).unwrap();
         let back: Arc<dyn Shader> = serde_json::from_str(&text).unwrap();
         assert_eq!(serde_json::to_string(&*back).unwrap(), text);
-        let short = text.replace("\"width\":3", "\"width\":4");
-        assert!(serde_json::from_str::<Box<dyn Shader>>(&short).is_err());
-        assert!(PictureColors::new(3, 3, &pixels).is_none());
+        for wrong in ["[3,3]", "[0,2]", "[4294967295,2]"] {
+            let text = text.replace("\"part\":[3,2]", &format!("\"part\":{wrong}"));
+            assert!(serde_json::from_str::<Box<dyn Shader>>(&text).is_err());
+        }
+        let larger = PictureFrame { part: (3, 1), ..frame };
+        assert!(PictureColors::new(larger, pixels()).is_err());
     }
 }

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use super::layer::Segment;
+use super::layer::{self, Segment};
 use super::line::Span;
 use super::per_line::PerLine;
 use super::{Again, Face, FaceId, OnLine, Probe, Source, Stage, Union};
@@ -222,6 +222,21 @@ impl SpanImage {
         // New keys may order the sources anew; assembling puts ids right where they do.
         let image = Union::of(vec![sources.clone()])?.bring(0, self);
         Ok(self.then(image, move |image| image.with_sources(sources.clone())))
+    }
+
+    /// The lines and the layers with other ids.
+    pub(super) fn renamed(&self, id: impl Fn(FaceId) -> FaceId + Sync) -> (Lines, Layers) {
+        let all = self.lines.range();
+        let lines = Lines::compute(all.clone(), |k, out| {
+            out.extend(self.lines.line(k).iter().map(|span| span.renamed(&id)));
+        });
+        let layers = Layers::compute(all, |k, out| {
+            let start = out.len();
+            let renamed = |s: &Segment| Segment { face: id(s.face), ..*s };
+            out.extend(self.layers.line(k).iter().map(renamed));
+            layer::normalize(out, start);
+        });
+        (lines, layers)
     }
 
     /// The image with the sources that a [`Union`] made of its own.

@@ -19,6 +19,14 @@ pub struct Span {
     pub face: FaceId,
 }
 
+impl Span {
+    /// The span with another face; background stays.
+    pub(super) fn renamed(&self, id: impl Fn(FaceId) -> FaceId) -> Span {
+        let face = if self.face.is_some() { id(self.face) } else { FaceId::NONE };
+        Span { x: self.x, face }
+    }
+}
+
 /// The segments of a line with their ends: `(cells, face)` from left to right.
 pub fn segments(line: &[Span], cells: u32) -> impl Iterator<Item = (Range<u32>, FaceId)> + '_ {
     let ends = line.iter().skip(1).map(|span| span.x).chain(std::iter::once(cells));

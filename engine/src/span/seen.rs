@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use super::face::Role;
-use super::layer::{self, Segment};
-use super::line::{self, Span};
-use super::{FaceId, Layers, Lines, Source, SpanImage};
+use super::layer::Segment;
+use super::line;
+use super::{FaceId, Source, SpanImage};
 use crate::error::Result;
 
 /// Of every face of an image, a place where it is seen.
@@ -83,20 +83,7 @@ impl SpanImage {
             let faces = Arc::new(source.faces.only(&keep)?);
             sources.push(Source { faces, ..Source::clone(source) });
         }
-        let all = self.lines().range();
-        let lines = Lines::compute(all.clone(), |k, out| {
-            let renamed = |span: &Span| match span.face.is_some() {
-                true => Span { x: span.x, face: ids[span.face.0 as usize] },
-                false => *span,
-            };
-            out.extend(self.lines().line(k).iter().map(renamed));
-        });
-        let layers = Layers::compute(all, |k, out| {
-            let start = out.len();
-            let renamed = |s: &Segment| Segment { face: ids[s.face.0 as usize], ..*s };
-            out.extend(self.layers().line(k).iter().map(renamed));
-            layer::normalize(out, start);
-        });
+        let (lines, layers) = self.renamed(|face| ids[face.0 as usize]);
         let frame = SpanImage::frame(self.view().clone(), self.plan(), self.rows(), sources)?;
         Ok(frame.with_lines(lines, layers))
     }

@@ -104,13 +104,7 @@ impl Union {
         if places.stay(image) {
             return self.frame(image);
         }
-        let all = image.lines().range();
-        let lines = Lines::compute(all.clone(), |k, out| out.extend(places.line(image, k)));
-        let layers = Layers::compute(all, |k, out| {
-            let start = out.len();
-            out.extend(places.layers(image, k));
-            layer::normalize(out, start);
-        });
+        let (lines, layers) = image.renamed(|face| places.of(image, face));
         self.frame(image).with_lines(lines, layers)
     }
 
@@ -200,10 +194,7 @@ impl Places {
     }
 
     fn line<'s>(&'s self, image: &'s SpanImage, k: u32) -> impl Iterator<Item = Span> + 's {
-        image.lines().line(k).iter().map(|span| match span.face.is_some() {
-            true => Span { x: span.x, face: self.of(image, span.face) },
-            false => *span,
-        })
+        image.lines().line(k).iter().map(|span| span.renamed(|face| self.of(image, face)))
     }
 
     fn layers<'s>(&'s self, image: &'s SpanImage, k: u32) -> impl Iterator<Item = Segment> + 's {

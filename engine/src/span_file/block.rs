@@ -42,24 +42,21 @@ pub(super) enum Kind {
     Unknown([u8; 4]),
 }
 
-const NAMES: [(Kind, &[u8; 4]); 5] = [
-    (Kind::Head, b"head"),
-    (Kind::Scene, b"scen"),
-    (Kind::Lines, b"line"),
-    (Kind::Faces, b"face"),
-    (Kind::End, b"end "),
-];
-
 impl Kind {
     fn name(self) -> [u8; 4] {
         match self {
+            Kind::Head => *b"head",
+            Kind::Scene => *b"scen",
+            Kind::Lines => *b"line",
+            Kind::Faces => *b"face",
+            Kind::End => *b"end ",
             Kind::Unknown(name) => name,
-            known => *NAMES.iter().find(|(kind, _)| *kind == known).expect("all are listed").1,
         }
     }
 
     fn of(name: [u8; 4]) -> Kind {
-        NAMES.iter().find(|(_, known)| **known == name).map_or(Kind::Unknown(name), |known| known.0)
+        let known = [Kind::Head, Kind::Scene, Kind::Lines, Kind::Faces, Kind::End];
+        known.into_iter().find(|kind| kind.name() == name).unwrap_or(Kind::Unknown(name))
     }
 }
 
@@ -193,15 +190,13 @@ impl Block {
 impl std::fmt::Display for Block {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (a, b) = (self.a, self.b);
+        let name = self.kind.name();
+        write!(f, "block \"{}\"", String::from_utf8_lossy(&name).escape_debug())?;
         match self.kind {
-            Kind::Head => write!(f, "block \"head\""),
-            Kind::Scene => write!(f, "block \"scen\" (scene {a})"),
-            Kind::Lines => {
-                write!(f, "block \"line\" (lines {a} to {})", u64::from(a) + u64::from(b))
-            }
-            Kind::Faces => write!(f, "block \"face\" ({b} faces of source {a})"),
-            Kind::End => write!(f, "block \"end \""),
-            Kind::Unknown(name) => write!(f, "block {:?}", String::from_utf8_lossy(&name)),
+            Kind::Scene => write!(f, " (scene {a})"),
+            Kind::Lines => write!(f, " (lines {a} to {})", u64::from(a) + u64::from(b)),
+            Kind::Faces => write!(f, " ({b} faces of source {a})"),
+            Kind::Head | Kind::End | Kind::Unknown(_) => Ok(()),
         }
     }
 }

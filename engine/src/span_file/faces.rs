@@ -122,7 +122,6 @@ impl<T: Copy + Eq + std::hash::Hash> Table<T> {
 #[derive(Debug, Default)]
 pub(super) struct Faces {
     table: FaceTableBuilder,
-    ordinals: Vec<u32>,
     /// Their numbers in the file.
     pub(super) ids: Vec<u32>,
     pub(super) looks: Looks,
@@ -166,7 +165,7 @@ impl Faces {
                 0 => Role::Face,
                 SEAL => {
                     let parent = ordinal.checked_sub(parents.index()?);
-                    let place = parent.and_then(|parent| self.ordinals.binary_search(&parent).ok());
+                    let place = parent.and_then(|parent| self.looks.place(parent));
                     Role::Seal(place.ok_or("a seal lies on no face")? as u32)
                 }
                 STROKE => Role::Stroke,
@@ -206,7 +205,6 @@ impl Faces {
                 return Err("a face's colour or object is not in the table".into());
             }
             self.table.face(head, outline.iter().map(Vec::as_slice)).map_err(invalid)?;
-            self.ordinals.push(ordinal);
             self.ids.push(id);
             self.looks.push(FaceLook {
                 ordinal,
@@ -220,14 +218,9 @@ impl Faces {
         rest.iter().chain([&paint_of, &colors, &object_of, &names]).try_for_each(Bytes::end)
     }
 
-    /// The faces' numbers in their source, ascending.
-    pub(super) fn ordinals(&self) -> &[u32] {
-        &self.ordinals
-    }
-
-    /// The finished table.
-    pub(super) fn finish(self) -> (FaceTable, Vec<u32>, Looks) {
-        (self.table.finish(), self.ids, self.looks)
+    /// The finished table, and what its faces look like.
+    pub(super) fn finish(self) -> (FaceTable, Looks) {
+        (self.table.finish(), self.looks)
     }
 }
 

@@ -12,7 +12,7 @@ use super::faces::Faces;
 use super::head::Head;
 use super::lines;
 use super::scenes::{Found, SceneState, Search, find_surfaces};
-use super::stored;
+use super::stored::Stored;
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::raster::{LinePlan, Phase, Raster, Rows};
@@ -77,10 +77,10 @@ impl SpanFile {
         for (at, ((about, surfaces), faces)) in
             head.sources.iter().zip(surfaces).zip(tables).enumerate()
         {
-            let (table, _, looks) = faces.finish();
+            let (table, looks) = faces.finish();
             let surfaces = match surfaces {
                 Found::Scene(surfaces) => surfaces,
-                Found::Nothing(origin, why) => stored::surfaces(looks, origin, why),
+                Found::Nothing(origin, why) => Arc::new(Stored { looks, origin, why }),
             };
             let source = Source {
                 label: about.label.clone(),

@@ -9,8 +9,8 @@ use super::faces::Faces;
 use super::head::{Head, SceneHead};
 use crate::error::{Error, Result};
 use crate::fragment::{Origin, Surfaces};
+use crate::scene::SceneSurfaces;
 use crate::scene::read::bundle;
-use crate::scene::{Scene, SceneSurfaces};
 
 /// A scene that a file names.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ pub(super) fn find_surfaces(
             missing: None,
         })
         .collect();
-    type Read = Result<Arc<Scene>, String>;
+    type Read = Result<Arc<SceneSurfaces>, String>;
     let mut known: Vec<((usize, &str), Read)> = Vec::new();
     let mut found = Vec::new();
     for (source, faces) in head.sources.iter().zip(tables) {
@@ -94,7 +94,8 @@ pub(super) fn find_surfaces(
             None => {
                 let scene = match search {
                     Search::Also(_) => {
-                        bundle::find(origin, label).map(Arc::new).map_err(|e| e.to_string())
+                        let scene = bundle::find(origin, label).map_err(|e| e.to_string());
+                        scene.map(|scene| Arc::new(SceneSurfaces::new(Arc::new(scene))))
                     }
                     Search::Nothing => Err("scenes were not asked for".to_owned()),
                 };
@@ -102,16 +103,17 @@ pub(super) fn find_surfaces(
                 scene
             }
         };
-        let most = faces.ordinals().last().copied();
-        let scene = scene.and_then(|scene| match most.is_none_or(|n| n < scene.part_count()) {
-            true => Ok(scene),
-            false => {
-                let file = origin.file.display();
-                Err(format!("{file}: the scene has fewer faces than its spans name"))
-            }
-        });
+        let last = faces.looks.last();
+        let scene =
+            scene.and_then(|scene| match last.is_none_or(|n| n < scene.scene().part_count()) {
+                true => Ok(scene),
+                false => {
+                    let file = origin.file.display();
+                    Err(format!("{file}: the scene has fewer faces than its spans name"))
+                }
+            });
         match scene {
-            Ok(scene) => found.push(Found::Scene(Arc::new(SceneSurfaces::new(scene)))),
+            Ok(scene) => found.push(Found::Scene(scene)),
             Err(error) => {
                 let why = format!("the scene of \"{label}\" cannot be used ({error})");
                 if search != Search::Nothing {

@@ -81,8 +81,17 @@ impl Looks {
     }
 
     fn of(&self, ordinal: u32) -> Option<&FaceLook> {
-        let at = self.faces.binary_search_by_key(&ordinal, |face| face.ordinal).ok()?;
-        Some(&self.faces[at])
+        self.place(ordinal).map(|place| &self.faces[place])
+    }
+
+    /// The place of a face among all by its number.
+    pub(super) fn place(&self, ordinal: u32) -> Option<usize> {
+        self.faces.binary_search_by_key(&ordinal, |face| face.ordinal).ok()
+    }
+
+    /// The greatest number of a face.
+    pub(super) fn last(&self) -> Option<u32> {
+        self.faces.last().map(|face| face.ordinal)
     }
 }
 
@@ -169,9 +178,4 @@ pub(super) fn looks(
         object: object(fragments.ordinal[i]),
     };
     (0..fragments.len()).map(look).collect()
-}
-
-/// The surfaces that a stored source has.
-pub(super) fn surfaces(looks: Looks, origin: Option<Origin>, why: String) -> Arc<dyn Surfaces> {
-    Arc::new(Stored { looks, origin, why })
 }

@@ -111,10 +111,10 @@ impl<'w, W: Write> Writer<'w, W> {
                 continue;
             }
             let origin = source.surfaces.origin().filter(|_| options.scenes != Scenes::Left);
-            let embeds = |within: bool| within || options.scenes == Scenes::Embedded;
-            let scene = origin
-                .as_ref()
-                .map(|origin| SceneHead::new(origin, folder, embeds(origin.contents.is_some())));
+            let scene = origin.as_ref().map(|origin| {
+                let embeds = options.scenes == Scenes::Embedded || origin.contents.is_some();
+                SceneHead::new(origin, folder, embeds)
+            });
             head.add(source, scene);
             let place = head.sources.last().and_then(|source| source.found_in);
             if let (Some(origin), Some(place)) = (origin, place)

@@ -1,18 +1,18 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::resolve::Channel;
-use spandrel_engine::shade::PictureColors;
+use spandrel_engine::shade::{PictureColors, PictureFrame};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lines, Override, Picture};
-use spandrel_engine::{Error, Result};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Gives the surfaces of an image the colours of a flat picture of it: what was graded or painted by other means
 /// goes back onto them, and merges, hides and is hidden as they do. A picture of another size is stretched over the
-/// image, as if thrown from the camera. Lights that follow act on these colours as on any: recolour after lighting, or
+/// image, as if thrown from the camera; where it holds no pixels it is black. Lights that follow act on these colours as on any: recolour after lighting, or
 /// light after recolouring, not both. A span file holds the picture with the image.
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
@@ -41,12 +41,12 @@ impl Node for RecolorFrom {
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let picture = inputs.get(&self.picture);
         let window = picture.window;
-        let pixels: Vec<[f32; 4]> = (0..window.height)
-            .flat_map(|y| (0..window.width).map(move |x| (x, y)))
-            .map(|(x, y)| picture.rgba(x, y))
-            .collect();
-        let colors = PictureColors::new(window.width, window.height, &pixels)
-            .ok_or_else(|| Error::invalid("the picture has no pixels"))?;
+        let frame = PictureFrame {
+            size: picture.size,
+            corner: (window.x, window.y),
+            part: (window.width, window.height),
+        };
+        let colors = PictureColors::new(frame, picture.pixels())?;
         inputs.get(&self.image).shaded(Arc::new(colors))
     }
 }
