@@ -6,13 +6,15 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::image::Image;
 use spandrel_engine::key::Key;
+use spandrel_engine::light::list::{MakeLamp, ParallelLight};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::read::text;
 use spandrel_engine::scene::{Mesh, Object, Scene, Shape, Step, Transform};
-use spandrel_engine::shade::{Fog, Illuminate, ParallelLight};
+use spandrel_engine::shade::Fog;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
+use spandrel_tests::lights::illuminate;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes;
 use std::collections::BTreeSet;
@@ -324,8 +326,7 @@ fn empty_scenes_are_empty_pictures() {
     let scene = Arc::new(Scene::from_object("nothing", Object::default()).unwrap());
     for rule in RULES {
         let image = render(&scene, &Camera::default(), (5, 4), rule);
-        let lights: Vec<Arc<dyn spandrel_engine::shade::Light>> = Vec::new();
-        let lit = Illuminate { lights, sky: Color::WHITE, ground: Color::WHITE };
+        let lit = illuminate(Vec::new(), Color::WHITE, Color::WHITE);
         let fog = Fog { density: 1.0, color: Color::WHITE, start: 0.0 };
         let image = image.shaded(Arc::new(lit)).unwrap().shaded(Arc::new(fog)).unwrap();
         let picture = picture(&SpanImage::merge(&[image.clone(), image]).unwrap(), rule);
@@ -351,8 +352,14 @@ fn cameras_lights_and_transforms_refuse_what_is_no_number() {
         ] {
             assert!(View::new(&camera, raster).is_err(), "{camera:?}");
         }
-        assert!(ParallelLight::new(v, Color::WHITE).is_err());
-        assert!(ParallelLight::new(DVec3::Y, Color::new(bad as f32, 0.0, 0.0)).is_err());
+        let color = Color::new(bad as f32, 0.0, 0.0);
+        for light in [
+            ParallelLight { direction: v, ..ParallelLight::default() },
+            ParallelLight { color, ..ParallelLight::default() },
+            ParallelLight { illuminance: bad, ..ParallelLight::default() },
+        ] {
+            assert!(light.lamp("", Path::new("")).is_err(), "{light:?}");
+        }
         let mut object = Object::new("box", Shape::Box { size: [1.0; 3] });
         object.transform = Transform(vec![Step::Move(bad, 0.0, 0.0)]);
         assert!(Scene::from_object("moved", object).is_err());

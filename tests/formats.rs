@@ -3,11 +3,12 @@
 
 use glam::DVec3;
 use spandrel_engine::color::Color;
+use spandrel_engine::light::list::{Entry, SunLight};
 use spandrel_engine::scene::read::{self, ReadOptions, binary, text};
 use spandrel_engine::scene::shape::Patch;
 use spandrel_engine::scene::{
-    Back, Display, Document, EdgeStyle, Environment, Face, Geometry, Light, Material, Mesh, Object,
-    Plan, Scene, Seal, Shape, Sides, Step,
+    Back, Display, Document, EdgeStyle, Environment, Face, Geometry, Material, Mesh, Object, Plan,
+    Scene, Seal, Shape, Sides, Step,
 };
 use spandrel_tests::program::scratch;
 use std::f64::consts::PI;
@@ -47,7 +48,7 @@ fn everything() -> Document {
         .insert("glass".into(), Material { alpha: 0.5, unlit: true, ..Material::default() });
     let mut plan = Plan { name: "all".into(), ..Plan::default() };
     plan.cameras.insert("front".into(), Default::default());
-    plan.lights.insert("sun".into(), Light::default());
+    plan.lights.insert("sun".into(), Entry::SunLight(SunLight::default()));
     plan.environment = Some(Environment::default());
     plan.definitions
         .insert("ball".into(), Object::new("", Shape::Sphere { radius: 0.1, segments: 8 }));

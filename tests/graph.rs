@@ -61,7 +61,7 @@ fn faults_say_where_they_are_and_what_helps() {
     fault(&nodes("\"a\": Camera(roll: 1e999)"), "1e999", &["not finite"]);
     fault(&nodes("\"a\": Camera(position: (0, 0, 0))"), "(0, 0, 0)", &["same point"]);
     fault(&nodes("\"a\": ParallelLight(color: \"#12\")"), "\"#12\"", &["a colour such as"]);
-    fault(&nodes("\"a\": ParallelLight(intensity: -1)"), "-1", &["at least 0"]);
+    fault(&nodes("\"a\": ParallelLight(illuminance: -1)"), "-1", &["at least 0"]);
     fault(
         &nodes("\"s\": Scanline(scene: \"tests/graph.rs\")"),
         "\"s\"",
@@ -202,12 +202,12 @@ fn an_edit_recomputes_what_depends_on_it() {
         small.evaluate(&[("picture", None)]).1
     };
     // A light: no visibility.
-    assert_eq!(edit("sun", "intensity", "0.5"), ["lit", "picture", "sun"]);
+    assert_eq!(edit("sun", "illuminance", "0.5"), ["lit", "picture", "sun"]);
     // The scale: nothing but the picture.
     assert_eq!(edit("picture", "scale", "(2, 1)"), ["picture"]);
     // A switched-off light is the same light as one of no strength.
     assert_eq!(edit("sun", "on", "false"), ["lit", "picture", "sun"]);
-    assert_eq!(edit("sun", "intensity", "0.25"), ["sun"]);
+    assert_eq!(edit("sun", "illuminance", "0.25"), ["sun"]);
     // One cluster's file.
     let path = small.folder.join("right.ron");
     let text = std::fs::read_to_string(&path).unwrap().replace("0.5", "0.75");

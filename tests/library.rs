@@ -110,7 +110,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 18] = [
+const LAYERS: [(&str, &[&str]); 21] = [
     ("error", &[]),
     ("math", &[]),
     ("key", &[]),
@@ -120,16 +120,19 @@ const LAYERS: [(&str, &[&str]); 18] = [
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),
     ("image", &["error", "color", "output"]),
-    ("fragment", &["camera", "color", "error", "key"]),
+    ("trace", &["math"]),
+    ("fragment", &["camera", "color", "error", "key", "trace"]),
+    ("light", &["color", "error", "fragment", "key", "math", "trace"]),
     ("span", &["camera", "color", "error", "fragment", "key", "math", "raster"]),
-    ("scene", &["camera", "color", "error", "fragment", "key", "math", "text"]),
+    ("scene", &["camera", "color", "error", "fragment", "key", "light", "math", "text", "trace"]),
+    ("shadow", &["camera", "fragment", "span", "trace"]),
     ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
-    ("shade", &["color", "error", "fragment", "key", "math"]),
+    ("shade", &["color", "error", "fragment", "key", "light", "math", "shadow", "trace"]),
     (
         "resolve",
         &[
-            "camera", "color", "error", "fragment", "image", "key", "math", "raster", "span",
-            "visible",
+            "camera", "color", "error", "fragment", "image", "key", "math", "raster", "shadow",
+            "span", "trace", "visible",
         ],
     ),
     (
@@ -140,8 +143,8 @@ const LAYERS: [(&str, &[&str]); 18] = [
     (
         "values",
         &[
-            "camera", "error", "graph", "image", "key", "raster", "resolve", "scene", "shade",
-            "span",
+            "camera", "error", "graph", "image", "key", "light", "raster", "resolve", "scene",
+            "shade", "span",
         ],
     ),
 ];

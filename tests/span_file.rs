@@ -5,10 +5,11 @@ use spandrel_engine::color::Color;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::read::{self, ReadOptions};
-use spandrel_engine::shade::{Fog, Illuminate, ParallelLight};
+use spandrel_engine::shade::{Fog, Illuminate, Shadows};
 use spandrel_engine::span::{Keep, SpanImage, Stage};
 use spandrel_engine::span_file::{self, Options, Scenes, SpanFile};
 use spandrel_engine::visible::render;
+use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::program::Scratch;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::front_view;
@@ -157,10 +158,48 @@ fn whole(raster: Raster) -> Framing {
 }
 
 fn lit(image: &SpanImage) -> SpanImage {
-    let sun = ParallelLight::new((-1.0, -2.0, -1.5).into(), Color::grey(0.9)).unwrap();
-    let lights =
-        Illuminate { lights: vec![Arc::new(sun)], sky: Color::grey(0.2), ground: Color::BLACK };
+    let sun = sun((-1.0, -2.0, -1.5), Color::grey(0.9));
+    let lights = illuminate(vec![sun], Color::grey(0.2), Color::BLACK);
     image.shaded(Arc::new(lights)).unwrap()
+}
+
+fn lit_with_shadows(image: &SpanImage) -> SpanImage {
+    let sun = sun((-0.3, -0.4, -1.5), Color::grey(0.9));
+    let lights = illuminate(vec![sun], Color::grey(0.2), Color::BLACK);
+    let lights = Illuminate { shadows: Shadows::Volumes, ..lights };
+    // Twice, so that the world of the second holds that of the first.
+    image.shaded(Arc::new(lights.clone())).unwrap().shaded(Arc::new(lights)).unwrap()
+}
+
+#[test]
+fn shadows_come_back_with_what_casts_them() {
+    let folder = Scratch::new("shadows_come_back_with_what_casts_them");
+    let path = scene_files(folder.path());
+    let scene = read::scene(&path, None, "whole", &ReadOptions::default()).unwrap();
+    let view = front_view(80, 60);
+    let image = render(&[Arc::new(scene).into()], &view, plans()[0], 0..60).unwrap();
+    let color = [Channel::Color];
+    let expected = picture(&lit_with_shadows(&image), &color);
+    assert!(!expected.channels().eq(picture(&lit(&lit(&image)), &color).channels()));
+    let (by_path, embedded, merged) =
+        (folder.path().join("a.span"), folder.path().join("b.span"), folder.path().join("c.span"));
+    span_file::write(&lit_with_shadows(&image), &by_path, Options::default()).unwrap();
+    let options = Options { scenes: Scenes::Embedded, ..Options::default() };
+    span_file::write(&lit_with_shadows(&image), &embedded, options).unwrap();
+    span_file::merge(&[&by_path, &embedded], &merged, &|_, _| {}).unwrap();
+    let open = |path: &Path| {
+        let file = SpanFile::open(path, None).unwrap();
+        file.read(file.rows()).unwrap()
+    };
+    for path in [&by_path, &embedded, &merged] {
+        assert!(picture(&open(path), &color).channels().eq(expected.channels()), "{path:?}");
+    }
+    std::fs::remove_file(&path).unwrap();
+    assert!(picture(&open(&embedded), &color).channels().eq(expected.channels()));
+    let framing = whole(view.raster());
+    let error = resolve(&open(&by_path), Rule::Sloped(4), &framing, &BTreeSet::from(color));
+    let error = error.unwrap_err().to_string();
+    assert!(error.contains("whole.ron"), "{error}");
 }
 
 #[test]

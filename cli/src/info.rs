@@ -106,7 +106,7 @@ fn spans(path: &Path) -> Result<String> {
             .stack
             .iter()
             .map(|stage| match stage {
-                Stage::Shade(shader) => shader.typetag_name().to_owned(),
+                Stage::Shade(shading) => shading.shader().typetag_name().to_owned(),
                 Stage::Place(_) => "moved".to_owned(),
                 Stage::Kept(_) => "stored as shaded".to_owned(),
             })

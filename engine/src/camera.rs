@@ -323,6 +323,43 @@ impl View {
         self.rotation.transpose() * eye
     }
 
+    /// On which side of a plane of the world, through `point` with normal `normal`, lies what is seen of a
+    /// face with the depth `plane`: a function of x and y on the screen that has the sign of the distance,
+    /// affine like depth itself. (It is the distance times rho or, under parallel cameras, the distance.)
+    pub fn side_of(&self, normal: DVec3, point: DVec3, plane: &Plane) -> Plane {
+        let n = self.rotation * normal;
+        let eye = normal.dot(self.camera.position - point);
+        let (nx, ny) = (n.x / self.scale, n.y / self.scale);
+        let across = ny * self.centre.y - nx * self.centre.x;
+        let (by_depth, constant) =
+            if self.is_parallel() { (n.z, eye + across) } else { (eye, across - n.z) };
+        Plane {
+            a: nx + by_depth * plane.a,
+            b: -ny + by_depth * plane.b,
+            c: constant + by_depth * plane.c,
+        }
+    }
+
+    /// The plane of the world that has a depth: its unit normal to the viewer's side, and a point on it.
+    /// `None` if it has no normal: it passes through the eye.
+    pub fn world_plane(&self, plane: &Plane) -> Option<(DVec3, DVec3)> {
+        let (right, down) = (plane.a * self.scale, plane.b * self.scale);
+        let middle = plane.depth(self.centre.x, self.centre.y);
+        // In eye space, perspective: right x - down y - middle z = 1; parallel: z = middle + right x - down y.
+        let (normal, point) = if self.is_parallel() {
+            (DVec3::new(-right, down, 1.0), DVec3::new(0.0, 0.0, middle))
+        } else {
+            let normal = DVec3::new(right, -down, -middle);
+            // Its foot from the eye, n / |n|^2; the viewer is on the side away from it.
+            let foot = normal / normal.length_squared();
+            (-normal, foot)
+        };
+        let normal = normal.try_normalize()?;
+        point.is_finite().then(|| {
+            (self.world_direction(normal), self.world_direction(point) + self.camera.position)
+        })
+    }
+
     /// The distance d in metres that belongs to a depth.
     #[inline(always)]
     pub fn distance(&self, rho: f64) -> f64 {
@@ -422,6 +459,31 @@ mod tests {
                 let p = view.project(eye.transform_point3(origin + u * s + v * t));
                 let depth = plane.depth(p.x / p.w, p.y / p.w);
                 assert!((depth - p.r / p.w).abs() < 1e-12 * depth.abs().max(1.0));
+            }
+        }
+    }
+
+    #[test]
+    fn sides_and_planes_of_the_world_are_seen_through_depth() {
+        for camera in cameras() {
+            let view = View::new(&camera, raster()).unwrap();
+            let eye = view.eye_from_object(&DAffine3::IDENTITY);
+            let (origin, u, v) =
+                (DVec3::new(0.0, 0.0, 0.5), DVec3::new(1.0, 0.2, 0.0), DVec3::new(0.1, 0.9, 0.4));
+            let plane = view.plane(eye.transform_vector3(u.cross(v)), eye.transform_point3(origin));
+            let (normal, point) = view.world_plane(&plane).unwrap();
+            assert!((point - origin).dot(u.cross(v)).abs() < 1e-12);
+            assert!(normal.cross(u.cross(v)).length() < 1e-12);
+            let to_viewer = camera.position - camera.look_at;
+            assert!(normal.dot(to_viewer) > 0.0);
+            let (m, q) = (DVec3::new(0.3, -0.5, 0.2), DVec3::new(0.2, 0.1, -0.3));
+            let side = view.side_of(m, q, &plane);
+            for (s, t) in [(0.0, 0.0), (1.0, 0.0), (0.3, -0.8), (-2.0, 1.5)] {
+                let world = origin + u * s + v * t;
+                let p = view.project(eye.transform_point3(world));
+                let factor = if view.is_parallel() { 1.0 } else { p.r / p.w };
+                let expected = m.dot(world - q) * factor;
+                assert!((side.depth(p.x / p.w, p.y / p.w) - expected).abs() < 1e-12);
             }
         }
     }

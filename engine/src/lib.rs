@@ -42,15 +42,18 @@ pub mod fragment;
 pub mod graph;
 pub mod image;
 pub mod key;
+pub mod light;
 pub mod math;
 pub mod output;
 pub mod raster;
 pub mod resolve;
 pub mod scene;
 pub mod shade;
+pub mod shadow;
 pub mod span;
 pub mod span_file;
 pub mod text;
+pub mod trace;
 pub mod values;
 pub mod visible;
 

@@ -5,7 +5,7 @@
 //! | [`Scene`] | nothing | readers |
 //! | [`Camera`] | nothing | cameras |
 //! | [`SpanImage`] | a raster, a line plan, rows ([`Lines`]) | renderers, merges, shaders |
-//! | [`LightSource`] | nothing | lights |
+//! | [`Lamps`] | nothing | lights |
 //! | [`Image`] | channels, and what the command line overrides ([`Picture`]) | resolve, image nodes |
 //! | [`Delivery`] | what the command line overrides ([`Override`]) | writers |
 
@@ -16,13 +16,15 @@ use std::sync::Arc;
 
 use crate::camera::Camera;
 use crate::error::{Error, Result};
-use crate::graph::{Demand, Value};
+use crate::graph::node::FieldError;
+use crate::graph::{Demand, Inputs, Value};
 use crate::image::{Image, Window};
 use crate::key::Key;
+use crate::light::Lamp;
+use crate::light::list::MakeLamp;
 use crate::raster::{LinePlan, Raster, Rows};
 use crate::resolve::Channel;
 use crate::scene::Scene;
-use crate::shade::Light;
 use crate::span::SpanImage;
 
 impl Value for Scene {
@@ -96,20 +98,48 @@ impl Value for SpanImage {
     }
 }
 
-/// A light source of any kind.
+/// Lights: one, or those of a list.
 #[derive(Clone, Debug)]
-pub struct LightSource(pub Arc<dyn Light>);
+pub struct Lamps(pub Vec<Lamp>);
 
-impl Value for LightSource {
+impl Lamps {
+    /// The lamp of a node.
+    ///
+    /// # Errors
+    /// If a number is out of range, or a file cannot be read.
+    pub fn one(light: &dyn MakeLamp, inputs: &Inputs<'_>) -> Result<Lamps> {
+        Ok(Lamps(vec![light.lamp("", inputs.directory())?]))
+    }
+
+    /// Whether a node's lamp can be made, as far as no file tells.
+    ///
+    /// # Errors
+    /// The field that is wrong.
+    pub fn check(light: &dyn MakeLamp) -> std::result::Result<(), FieldError> {
+        if light.file().is_some() {
+            return Ok(());
+        }
+        match light.lamp("", Path::new("")) {
+            Ok(_) => Ok(()),
+            Err(fault) => Err(FieldError::new(fault.field, fault.message)),
+        }
+    }
+}
+
+impl Value for Lamps {
     type Demand = ();
     const NAME: &'static str = "Light";
 
     fn key(&self) -> Option<Key> {
-        Some(Key::of(&*self.0))
+        Some(Key::of(&self.0))
     }
 
     fn bytes(&self) -> usize {
         0
+    }
+
+    fn facts(&self) -> Vec<(&'static str, u64)> {
+        vec![("lights", self.0.len() as u64)]
     }
 }
 

@@ -14,8 +14,26 @@ pub mod image {
 
 /// Light sources.
 pub mod light {
+    mod ambient_light;
+    mod area_light;
+    mod linear_light;
     mod parallel_light;
+    mod point_light;
+    mod polyhedral_light;
+    mod scene_lights;
+    mod sky_light;
+    mod spot_light;
+    mod sun_light;
+    pub use ambient_light::AmbientLight;
+    pub use area_light::AreaLight;
+    pub use linear_light::LinearLight;
     pub use parallel_light::ParallelLight;
+    pub use point_light::PointLight;
+    pub use polyhedral_light::PolyhedralLight;
+    pub use scene_lights::SceneLights;
+    pub use sky_light::SkyLight;
+    pub use spot_light::SpotLight;
+    pub use sun_light::SunLight;
 }
 
 /// What leaves the graph.
@@ -79,7 +97,16 @@ pub fn register(registry: &mut Registry) {
     registry
         .register::<image::Read>()
         .register::<image::Resolve>()
+        .register::<light::AmbientLight>()
+        .register::<light::AreaLight>()
+        .register::<light::LinearLight>()
         .register::<light::ParallelLight>()
+        .register::<light::PointLight>()
+        .register::<light::PolyhedralLight>()
+        .register::<light::SkyLight>()
+        .register::<light::SpotLight>()
+        .register::<light::SunLight>()
+        .register::<light::SceneLights>()
         .register::<output::Write>()
         .register::<output::WriteSpans>()
         .register::<render::Scanline>()

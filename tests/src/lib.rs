@@ -2,6 +2,7 @@
 
 pub mod data;
 pub mod known;
+pub mod lights;
 pub mod program;
 pub mod random;
 pub mod scenes;

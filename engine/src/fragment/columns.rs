@@ -18,8 +18,15 @@ impl Columns {
     /// The depth. Every fragment has one; named by shaders whose result depends on it.
     pub const DEPTH: Columns = Columns(8);
 
+    /// The normal of the face itself.
+    pub const FACING: Columns = Columns(16);
+    /// How the surface answers light.
+    pub const FINISH: Columns = Columns(32);
+    /// Everything else in the image: what casts shadows, and is mirrored.
+    pub const WORLD: Columns = Columns(64);
+
     /// What differs from place to place on every face.
-    pub const PLACE: Columns = Columns(4 | 8);
+    pub const PLACE: Columns = Columns(4 | 8 | 64);
 
     /// Whether every column of `other` is in this set.
     pub fn contains(self, other: Columns) -> bool {

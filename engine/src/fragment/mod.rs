@@ -6,14 +6,22 @@
 //! say who does what:
 //!
 //! - [`Surfaces`]: what a source knows of its own faces: colour, normal and the rest.
-//! - [`Shader`]: a program of the shading stack, which reads columns and changes them.
+//! - [`Shader`]: a program of the [shading stack](stack), which reads columns and changes them.
 //!
 //! Both declare the columns that they touch, and only those are computed: a picture without lights
-//! computes no normal.
+//! computes no normal. What a shader may know beside its fragments is [`Around`] them: the [`World`] of
+//! everything that could cast a shadow on them or be mirrored in them, and what is kept of them from one
+//! picture to the next.
 
 mod columns;
+mod finish;
+pub mod stack;
+mod world;
 
 pub use columns::Columns;
+pub use finish::{Finish, Gloss};
+pub use stack::{Placement, Shading, Stage};
+pub use world::{Member, World};
 
 use glam::{DVec3, Vec3};
 use std::any::Any;
@@ -25,6 +33,7 @@ use crate::camera::View;
 use crate::color::Color;
 use crate::error::Result;
 use crate::key::Key;
+use crate::trace::{Casters, Toward};
 
 /// A batch of fragments of one source, as a structure of arrays. A column that nobody asked for is
 /// empty; all others have [`len`](Fragments::len) entries.
@@ -47,6 +56,11 @@ pub struct Fragments<'v> {
     /// The unit normal in world axes, on the side that is seen ([`Columns::NORMAL`]). Interpolated
     /// where the face carries vertex normals.
     pub normal: Vec<Vec3>,
+    /// The unit normal of the face itself, on the side that is seen ([`Columns::FACING`]). Empty if the
+    /// surfaces do not say; the [`normal`](Fragments::normal) then serves.
+    pub facing: Vec<DVec3>,
+    /// How the surface answers light ([`Columns::FINISH`]). Empty if the surfaces do not say: matt.
+    pub finish: Vec<Finish>,
     /// Scene-linear colour: the surface's own at first, and what the last shader made of it at the
     /// end ([`Columns::COLOR`]).
     pub color: Vec<Color>,
@@ -69,6 +83,8 @@ impl<'v> Fragments<'v> {
             depth: Vec::new(),
             position: Vec::new(),
             normal: Vec::new(),
+            facing: Vec::new(),
+            finish: Vec::new(),
             color: Vec::new(),
             alpha: Vec::new(),
             unlit: Vec::new(),
@@ -92,6 +108,17 @@ impl<'v> Fragments<'v> {
         self.x.push(x);
         self.y.push(y);
         self.depth.push(depth);
+    }
+
+    /// The unit vector from a fragment to the eye.
+    pub fn to_eye(&self, i: usize) -> DVec3 {
+        if self.view.is_parallel() {
+            return self.view.world_direction(DVec3::Z);
+        }
+        let position = self.position.get(i).copied();
+        let position =
+            position.unwrap_or_else(|| self.view.world_point(self.x[i], self.y[i], self.depth[i]));
+        (self.view.camera().position - position).normalize_or_zero()
     }
 
     /// Takes the fragments to other points, given as x, y and depth; positions follow.
@@ -123,12 +150,24 @@ impl<'v> Fragments<'v> {
 
 /// What a source knows of its faces beyond their geometry on the screen.
 pub trait Surfaces: Any + Send + Sync + Debug {
-    /// Fills the columns `wanted` (of colour and normal) of a batch of this source's fragments.
+    /// Fills the columns `wanted` (of colour, normal, facing and finish) of a batch of this source's
+    /// fragments. Facing and finish may be left empty.
     fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>);
 
     /// The columns that differ from place to place on a face. Position and depth always do and need
     /// not be named; an unsmoothed face of one colour has none.
     fn varying(&self, ordinal: u32) -> Columns;
+
+    /// Its faces as they stand in the world, numbered as fragments number them; `None` if they cast no
+    /// shadows and are not met by rays.
+    fn casters(&self) -> Option<&Casters> {
+        None
+    }
+
+    /// Whether it casts shadows, without looking further.
+    fn casts(&self) -> bool {
+        false
+    }
 
     /// The name of the object that a face belongs to, as a path such as `"car/wheel 2"`.
     fn object(&self, ordinal: u32) -> String;
@@ -176,5 +215,56 @@ pub trait Shader: Send + Sync + Debug {
 
     /// Changes the fragments' columns. Every column in [`reads`](Shader::reads), and the colour, is
     /// filled.
-    fn shade(&self, fragments: &mut Fragments<'_>);
+    fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>);
 }
+
+/// What a shader may know beside its fragments.
+#[derive(Clone, Copy)]
+pub struct Around<'a> {
+    /// Everything that was in the image when the shader was applied; there if it reads
+    /// [`Columns::WORLD`].
+    pub world: Option<&'a World>,
+    /// The name and key of the scene that the fragments are of.
+    pub own: (&'a str, Key),
+    /// The rest of the stack; this shader is the first of it.
+    pub rest: &'a [Stage],
+    /// Where the fragments are.
+    pub batch: &'a dyn Batch,
+}
+
+/// Something kept from one picture to the next.
+pub type Kept = Arc<dyn Any + Send + Sync>;
+
+/// A place in the stream where fragments stand: what is kept of them, and what only the lines around them
+/// tell.
+pub trait Batch {
+    /// What was kept under a key, of these very fragments.
+    fn kept(&self, _key: Key) -> Option<Kept> {
+        None
+    }
+
+    /// Keeps something of these fragments, as long as there is room.
+    fn keep(&self, _key: Key, _value: Kept, _bytes: usize) {}
+
+    /// By fragment, how much of the area that it covers is lit by a source at one place: exact along lines.
+    /// `None` if there are no lines around the fragments.
+    fn lit(&self, _from: Toward, _world: &World) -> Option<Vec<f32>> {
+        None
+    }
+
+    /// How far the pixels that the fragments stand for reach, in pixels of the raster; and whether a
+    /// fragment covers all of its pixel.
+    fn reach(&self) -> Option<(f64, f64)> {
+        None
+    }
+
+    /// Whether a fragment covers all of its pixel.
+    fn is_whole(&self, _fragment: usize) -> bool {
+        false
+    }
+}
+
+/// Fragments that stand nowhere in particular.
+pub struct Anywhere;
+
+impl Batch for Anywhere {}

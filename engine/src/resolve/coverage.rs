@@ -48,6 +48,8 @@ pub struct Coverage<'a> {
 
 /// How far a pixel reaches, and how it weighs what it reaches.
 struct Reach {
+    /// The height of a row of the picture, in pixels of the raster.
+    height: f64,
     /// Beyond its sides, in pixels.
     beyond: f64,
     /// The integrals of a filter other than the box.
@@ -69,6 +71,7 @@ impl<'a> Coverage<'a> {
         let (boundaries, stacks) = (Boundaries::new(image), Stacks::new(image));
         let filter = framing.filter;
         let reach = Reach {
+            height: 1.0 / framing.scale.y,
             beyond: filter.radius() - 0.5,
             kernel: (filter != Filter::Box).then(|| filter.kernel()),
         };
@@ -243,13 +246,14 @@ impl Reach {
                 };
                 let area = (after - before) * strip.weight;
                 if area != 0.0 {
+                    let (across, down) = middle(strip, i, x, width, (left + right) / 2.0);
                     let cover = Cover {
                         face: strip.faces[i],
                         start: pixel,
                         end: pixel + 1,
                         area: area as f32,
-                        x: x + (left + right) / 2.0,
-                        y: strip.y,
+                        x: x + across,
+                        y: strip.y + down * strip.weight * self.height,
                     };
                     add(out, masses, first, cover);
                 }
@@ -272,6 +276,64 @@ impl Reach {
             }
         }
     }
+}
+
+/// The middle of the piece of face `i` in a strip, cut off at `x` and `width` right of it: from there to
+/// the right, and from the strip's own middle down in heights of the strip. So that a piece whose face
+/// ends within the strip is shaded where the face is.
+#[inline(always)]
+fn middle(strip: &Strip, i: usize, x: f64, width: f64, straight: f64) -> (f64, f64) {
+    let sides = [strip.top[i], strip.top[i + 1], strip.bottom[i + 1], strip.bottom[i]];
+    let [a, b, c, d] = sides.map(|at| at - x);
+    if (a == d && b == c) || !(a + b + c + d).is_finite() {
+        return (straight, 0.0);
+    }
+    let is_inside = |at: f64| (0.0..=width).contains(&at);
+    if [a, b, c, d].into_iter().all(is_inside) {
+        let (above, below) = (b - a, c - d);
+        let sum = above + below;
+        if sum <= 1e-9 {
+            return (straight, 0.0);
+        }
+        let across = (b * b + b * c + c * c - a * a - a * d - d * d) / (3.0 * sum);
+        return (across, (below - above) / (6.0 * sum));
+    }
+    // Cut at the pixel's sides it has up to eight corners.
+    let mut corners = [(0.0, 0.0); 8];
+    let mut count = 0;
+    let mut last = (d, 0.5);
+    for at in [(a, -0.5), (b, -0.5), (c, 0.5), (d, 0.5)] {
+        let (from, to) = (last, at);
+        let y = |x: f64| from.1 + (to.1 - from.1) * ((x - from.0) / (to.0 - from.0));
+        let mut ends = [0.0, width];
+        if to.0 < from.0 {
+            ends.reverse();
+        }
+        for end in ends {
+            let crosses = (from.0 < end) != (to.0 < end);
+            if crosses && count < 8 {
+                corners[count] = (end, y(end));
+                count += 1;
+            }
+        }
+        if is_inside(to.0) && count < 8 {
+            corners[count] = to;
+            count += 1;
+        }
+        last = at;
+    }
+    let (mut area, mut across, mut down) = (0.0, 0.0, 0.0);
+    for k in 0..count {
+        let ((px, py), (qx, qy)) = (corners[k], corners[(k + 1) % count]);
+        let part = px * qy - qx * py;
+        area += part;
+        across += (px + qx) * part;
+        down += (py + qy) * part;
+    }
+    if area.abs() <= 1e-9 {
+        return (straight, 0.0);
+    }
+    ((across / (3.0 * area)).clamp(0.0, width), (down / (3.0 * area)).clamp(-0.5, 0.5))
 }
 
 /// Adds a piece to the covers of its pixel, which begin at `first`: pieces of one face are one cover, at

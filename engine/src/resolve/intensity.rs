@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::fragment::Fragments;
+use crate::fragment::{Anywhere, Fragments};
 use crate::span::image::{Intensities, Paint};
 use crate::span::{FaceId, Seen, SpanImage};
 use std::sync::Arc;
@@ -45,7 +45,7 @@ fn shade(image: &SpanImage, batch: &[(FaceId, u32, u32)]) -> Vec<(FaceId, Paint)
             faces.push(*id);
         }
     }
-    source.shade(&mut fragments);
+    source.shade(&mut fragments, &Anywhere);
     let paints = fragments.color.into_iter().zip(fragments.alpha);
     faces.into_iter().zip(paints.map(|(color, alpha)| Paint { color, alpha })).collect()
 }

@@ -14,6 +14,7 @@ pub mod coverage;
 mod doubt;
 pub mod filter;
 mod intensity;
+mod lit;
 mod refine;
 pub mod rule;
 mod stacks;
@@ -101,6 +102,9 @@ pub fn resolve(
         let normals = if channels.contains(&Channel::N) { Columns::NORMAL } else { Columns::NONE };
         source.surfaces.offers(shading | normals)?;
     }
+    if channels.contains(&Channel::Color) {
+        image.check_worlds()?;
+    }
     let index = rule.tolerance().map(|_| Index::new(image));
     let window = Window {
         x: framing.columns.start,
@@ -135,11 +139,11 @@ pub fn resolve(
                 if channels.contains(&Channel::Error) {
                     coverage = coverage.with_estimates();
                 }
-                Stream::new(image, framing, intensities, channels, coverage)
+                Stream::new(image, rule, framing, intensities, channels, coverage)
             },
             |stream, (band, part)| {
                 let first = framing.rows.start + band as u32 * BAND;
-                stream.rows(first..framing.rows.end.min(first + BAND), part)
+                stream.rows(first / BAND, first..framing.rows.end.min(first + BAND), part)
             },
         )
         .collect();

@@ -1,16 +1,24 @@
 //! The stream of fragments: covers in, pixels out.
+//!
+//! Rows are taken in two steps. *Gathering* finds the fragments of a band of rows: what depends on spans,
+//! rule and framing alone, and on which columns the stacks read. *Painting* shades them and adds them up.
+//! What was gathered is kept with the image, and so is what shaders [keep](Batch::keep) of its batches: a
+//! light that is dimmed finds both, and only sums are new.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::Channel;
 use super::coverage::{Cover, Coverage};
-use super::rule::Framing;
-use crate::fragment::{Columns, Fragments};
-use crate::key::Key;
+use super::lit::{Shadows, Spot};
+use super::rule::{Framing, Rule};
+use crate::fragment::{Batch, Columns, Fragments, Kept, World};
+use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
 use crate::span::{FaceId, Held, SpanImage};
+use crate::trace::Toward;
 
 /// Fragments shaded in one batch, about.
 const BATCH: usize = 4096;
@@ -33,24 +41,44 @@ pub(super) struct Stream<'a> {
     intensities: &'a Intensities,
     channels: &'a BTreeSet<Channel>,
     coverage: Coverage<'a>,
-    /// By source: the fragments that wait to be shaded.
-    waiting: Vec<Waiting<'a>>,
-    /// By source: the fragments that lie over each other, to be shaded before they are blended.
-    layered: Vec<Fragments<'a>>,
-    blends: Vec<Blend>,
-    members: Vec<Member>,
+    shadows: Shadows<'a>,
+    /// What gathered fragments are kept by.
+    key: Key,
     covers: Vec<Cover>,
     /// Ids of objects by source and ordinal.
     objects: HashMap<(usize, u32), u32>,
 }
 
-struct Waiting<'a> {
-    fragments: Fragments<'a>,
-    /// The pixel that each fragment belongs to, and its share of it.
-    pixels: Vec<(usize, f32)>,
+/// The fragments of a band of rows.
+#[derive(Debug, Default)]
+struct Gathered {
+    /// Faces that are shaded alike all over: first pixel, number of pixels, and their share of each.
+    alike: Vec<(FaceId, u32, u32, f32)>,
+    batches: Vec<Group>,
+    /// By source: the fragments that lie over each other, to be shaded before they are blended.
+    layered: Vec<Group>,
+    blends: Vec<Blend>,
+    members: Vec<Member>,
+    /// By pixel, the share and the place of the face that covers most of it, if anything wants to know.
+    most: Vec<(f32, Point)>,
+    errors: Vec<f32>,
+}
+
+/// Fragments of one source.
+#[derive(Debug, Default)]
+struct Group {
+    source: usize,
+    ordinal: Vec<u32>,
+    sees_front: Vec<bool>,
+    /// x, y and depth.
+    points: [Vec<f64>; 3],
+    spots: Vec<Spot>,
+    /// The pixel that each fragment belongs to, and its share of it; empty if they are blended first.
+    pixels: Vec<(u32, f32)>,
 }
 
 /// A stack's share of a pixel.
+#[derive(Debug)]
 struct Blend {
     pixel: usize,
     area: f32,
@@ -59,93 +87,175 @@ struct Blend {
 }
 
 /// A fragment of a stack.
+#[derive(Debug)]
 struct Member {
     point: Point,
-    /// Its place in the batch of its source.
+    /// Its place in the group of its source.
     source: usize,
     index: usize,
 }
 
 /// A point on a face.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Point {
     face: FaceId,
     x: f64,
     y: f64,
 }
 
+/// Where a group of fragments stands in the stream.
+struct Place<'s> {
+    stream: &'s Stream<'s>,
+    group: &'s Group,
+    /// The band, and the group's number in it.
+    part: u32,
+    key: Key,
+}
+
+impl Batch for Place<'_> {
+    fn kept(&self, key: Key) -> Option<Kept> {
+        self.stream.image.memo().get(self.key_of(key), self.part)
+    }
+
+    fn keep(&self, key: Key, value: Kept, bytes: usize) {
+        self.stream.image.memo().put(self.key_of(key), self.part, value, bytes);
+    }
+
+    fn lit(&self, from: Toward, world: &World) -> Option<Vec<f32>> {
+        // Of what was moved since, lines tell nothing.
+        let source = &self.stream.image.sources()[self.group.source];
+        if crate::fragment::stack::moves(&source.stack) {
+            return None;
+        }
+        Some(self.stream.shadows.lit(&self.group.spots, from, world))
+    }
+
+    fn reach(&self) -> Option<(f64, f64)> {
+        let scale = self.stream.framing.scale;
+        Some((1.0 / scale.x, 1.0 / scale.y))
+    }
+
+    fn is_whole(&self, fragment: usize) -> bool {
+        self.group.spots[fragment].is_whole
+    }
+}
+
+impl Place<'_> {
+    fn key_of(&self, key: Key) -> Key {
+        let mut hasher = KeyHasher::new("channel");
+        hasher.key(self.key).key(key);
+        hasher.finish()
+    }
+}
+
 impl<'a> Stream<'a> {
     pub(super) fn new(
         image: &'a SpanImage,
+        rule: Rule,
         framing: &'a Framing,
         intensities: &'a Intensities,
         channels: &'a BTreeSet<Channel>,
         coverage: Coverage<'a>,
     ) -> Stream<'a> {
-        let waiting =
-            |_: &_| Waiting { fragments: Fragments::new(image.view()), pixels: Vec::new() };
-        let waiting = image.sources().iter().map(waiting).collect();
-        let layered = image.sources().iter().map(|_| Fragments::new(image.view())).collect();
+        let reads: Vec<Columns> = image.sources().iter().map(|source| source.reads()).collect();
+        let mut key = KeyHasher::new("fragments");
+        key.value(&rule).bytes(format!("{framing:?} {reads:?} {channels:?}").as_bytes());
         Stream {
             image,
             framing,
             intensities,
             channels,
             coverage,
-            waiting,
-            layered,
-            blends: Vec::new(),
-            members: Vec::new(),
+            shadows: Shadows::new(image, rule, framing),
+            key: key.finish(),
             covers: Vec::new(),
             objects: HashMap::new(),
         }
     }
 
-    /// Computes the pixels of rows of the picture; returns what ids mean.
-    pub(super) fn rows(&mut self, rows: Rows, mut pixels: Pixels<'_>) -> BTreeMap<u32, String> {
+    /// Computes the pixels of rows of the picture, band `band`; returns what ids mean.
+    pub(super) fn rows(
+        &mut self,
+        band: u32,
+        rows: Rows,
+        mut pixels: Pixels<'_>,
+    ) -> BTreeMap<u32, String> {
+        // Zero already, but written here: a fresh page that is read before it is written costs a fault
+        // more and, with several threads, an interrupt of all processors. Measured: half of the time.
+        pixels.color.iter_mut().for_each(|channel| channel.fill(0.0));
+        let known = self.image.memo().get(self.key, band).and_then(|kept| kept.downcast().ok());
+        let gathered: Arc<Gathered> = known.unwrap_or_else(|| {
+            let gathered = Arc::new(self.gather(&rows));
+            self.image.memo().put(self.key, band, gathered.clone() as Kept, gathered.bytes());
+            gathered
+        });
+        self.shadows.forget_all_but(&rows);
+        if !pixels.error.is_empty() {
+            pixels.error.copy_from_slice(&gathered.errors);
+        }
+        let mut most = gathered.most.clone();
+        if self.channels.contains(&Channel::Color) {
+            for (face, first, count, area) in &gathered.alike {
+                let Some(paint) = self.intensities.of(*face) else { continue };
+                (*first..first + count).for_each(|at| add(&mut pixels, at as usize, paint, *area));
+            }
+            for (number, group) in gathered.batches.iter().enumerate() {
+                let fragments = self.shade(group, band, number);
+                let paints = fragments.color.into_iter().zip(fragments.alpha);
+                for ((at, area), (color, alpha)) in group.pixels.iter().zip(paints) {
+                    add(&mut pixels, *at as usize, Paint { color, alpha }, *area);
+                }
+            }
+        }
+        self.blend(&gathered, band, &mut pixels, &mut most);
+        self.most(&most, &mut pixels)
+    }
+
+    /// Finds the fragments of rows.
+    fn gather(&mut self, rows: &Rows) -> Gathered {
         let width = self.framing.columns.len();
         let wants_color = self.channels.contains(&Channel::Color);
         let wants_most =
             self.channels.iter().any(|c| !matches!(c, Channel::Color | Channel::Error));
-        // Zero already, but written here: a fresh page that is read before it is written costs a fault
-        // more and, with several threads, an interrupt of all processors. Measured: half of the time.
-        pixels.color.iter_mut().for_each(|channel| channel.fill(0.0));
+        let wants_error = self.channels.contains(&Channel::Error);
         let nothing = (0.0f32, Point { face: FaceId::NONE, x: 0.0, y: 0.0 });
-        let mut most = vec![nothing; if wants_most { width * rows.len() } else { 0 }];
-        for (i, row) in rows.enumerate() {
+        let sources = self.image.sources().len();
+        let group = |source| Group { source, ..Group::default() };
+        let mut gathered = Gathered {
+            layered: (0..sources).map(group).collect(),
+            most: vec![nothing; if wants_most { width * rows.len() } else { 0 }],
+            ..Gathered::default()
+        };
+        let mut open: Vec<Group> = (0..sources).map(group).collect();
+        for (i, row) in rows.clone().enumerate() {
             let mut covers = std::mem::take(&mut self.covers);
             covers.clear();
             self.coverage.row(row, &mut covers);
             let first = i * width;
-            if !pixels.error.is_empty() {
-                pixels.error[first..first + width].copy_from_slice(self.coverage.errors());
+            if wants_error {
+                gathered.errors.extend_from_slice(self.coverage.errors());
             }
             for cover in &covers {
+                let start = first + (cover.start - self.framing.columns.start) as usize;
                 if self.coverage.stack(cover.face).is_some() {
-                    self.stack(cover, first);
+                    self.stack(cover, row, start, &mut gathered);
                     continue;
                 }
-                if wants_color {
-                    self.color(cover, first, &mut pixels);
+                if wants_color && cover.face.is_some() {
+                    self.color(cover, row, start, &mut open, &mut gathered);
                 }
                 if wants_most {
-                    for pixel in cover.start..cover.end {
-                        let at = first + (pixel - self.framing.columns.start) as usize;
-                        if cover.area > most[at].0 {
-                            most[at] = (cover.area, self.point(cover, pixel));
+                    for (pixel, at) in (cover.start..cover.end).zip(start..) {
+                        if cover.area > gathered.most[at].0 {
+                            gathered.most[at] = (cover.area, self.point(cover, pixel));
                         }
                     }
                 }
             }
             self.covers = covers;
         }
-        if wants_color {
-            for source in 0..self.waiting.len() {
-                self.shade(source, &mut pixels);
-            }
-        }
-        self.blend(&mut pixels, &mut most);
-        self.most(&most, &mut pixels)
+        gathered.batches.extend(open.into_iter().filter(|group| !group.ordinal.is_empty()));
+        gathered
     }
 
     /// The point of the raster at which a cover is shaded in one of its pixels.
@@ -154,80 +264,96 @@ impl<'a> Stream<'a> {
         Point { face: cover.face, x: (x - self.framing.pan.x) / self.framing.scale.x, y: cover.y }
     }
 
-    /// Adds the colour of a cover, now if it is known, or when its batch is full.
-    fn color(&mut self, cover: &Cover, first: usize, pixels: &mut Pixels<'_>) {
-        if !cover.face.is_some() {
+    /// Adds the pixels of a cover to what is alike all over, or to the batch of its source.
+    fn color(
+        &self,
+        cover: &Cover,
+        row: u32,
+        start: usize,
+        open: &mut [Group],
+        gathered: &mut Gathered,
+    ) {
+        if self.intensities.of(cover.face).is_some() {
+            let count = cover.end - cover.start;
+            gathered.alike.push((cover.face, start as u32, count, cover.area));
             return;
         }
-        let start = first + (cover.start - self.framing.columns.start) as usize;
-        let end = start + (cover.end - cover.start) as usize;
-        if let Some(paint) = self.intensities.of(cover.face) {
-            for at in start..end {
-                add(pixels, at, paint, cover.area);
-            }
-            return;
-        }
-        let (source, place) = self.image.locate(cover.face);
-        let face = &self.image.sources()[source].faces.faces()[place];
-        for (pixel, at) in (cover.start..).zip(start..end) {
-            let Point { x, y, .. } = self.point(cover, pixel);
-            let waiting = &mut self.waiting[source];
-            waiting.fragments.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
-            waiting.pixels.push((at, cover.area));
-            if waiting.pixels.len() >= BATCH {
-                self.shade(source, pixels);
+        let (source, _) = self.image.locate(cover.face);
+        let group = &mut open[source];
+        for (pixel, at) in (cover.start..cover.end).zip(start..) {
+            let point = self.point(cover, pixel);
+            group.push(self.image, point, row, pixel, cover.area == 1.0);
+            group.pixels.push((at as u32, cover.area));
+            if group.pixels.len() >= BATCH {
+                let full = std::mem::replace(group, Group { source, ..Group::default() });
+                gathered.batches.push(full);
             }
         }
     }
 
-    fn shade(&mut self, source: usize, pixels: &mut Pixels<'_>) {
-        let waiting = &mut self.waiting[source];
-        let mut fragments =
-            std::mem::replace(&mut waiting.fragments, Fragments::new(self.image.view()));
-        self.image.sources()[source].shade(&mut fragments);
-        let paints = fragments.color.into_iter().zip(fragments.alpha);
-        for ((at, area), (color, alpha)) in waiting.pixels.drain(..).zip(paints) {
-            add(pixels, at, Paint { color, alpha }, area);
-        }
-    }
-
-    /// Adds the fragments of a cover whose faces lie over each other to their batches.
-    fn stack(&mut self, cover: &Cover, first: usize) {
-        for pixel in cover.start..cover.end {
-            let Point { x, y, .. } = self.point(cover, pixel);
-            let start = self.members.len();
+    /// Adds the fragments of a cover whose faces lie over each other to the groups of their sources.
+    fn stack(&self, cover: &Cover, row: u32, start: usize, gathered: &mut Gathered) {
+        for (column, pixel) in (cover.start..cover.end).zip(start..) {
+            let Point { x, y, .. } = self.point(cover, column);
+            let first = gathered.members.len();
             for face in self.coverage.stack(cover.face).unwrap_or(&[]) {
-                let (source, place) = self.image.locate(*face);
-                let known = &self.image.sources()[source].faces.faces()[place];
-                let batch = &mut self.layered[source];
+                let (source, _) = self.image.locate(*face);
+                let group = &mut gathered.layered[source];
                 let point = Point { face: *face, x, y };
-                self.members.push(Member { point, source, index: batch.len() });
-                batch.push(known.ordinal, known.sees_front, x, y, known.plane.depth(x, y));
+                gathered.members.push(Member { point, source, index: group.ordinal.len() });
+                group.push(self.image, point, row, column, cover.area == 1.0);
             }
-            let pixel = first + (pixel - self.framing.columns.start) as usize;
-            let members = start..self.members.len();
-            self.blends.push(Blend { pixel, area: cover.area, members });
+            let members = first..gathered.members.len();
+            gathered.blends.push(Blend { pixel, area: cover.area, members });
         }
+    }
+
+    /// Shades a group of fragments.
+    fn shade(&self, group: &Group, band: u32, number: usize) -> Fragments<'a> {
+        let [x, y, depth] = group.points.clone();
+        let mut fragments = Fragments {
+            ordinal: group.ordinal.clone(),
+            sees_front: group.sees_front.clone(),
+            x,
+            y,
+            depth,
+            ..Fragments::new(self.image.view())
+        };
+        let mut key = KeyHasher::new("batch");
+        key.key(self.key).bytes(&(number as u64).to_le_bytes());
+        let place = Place { stream: self, group, part: band, key: key.finish() };
+        self.image.sources()[group.source].shade(&mut fragments, &place);
+        fragments
     }
 
     /// Shades what lies over each other and blends it, from front to back.
-    fn blend(&mut self, pixels: &mut Pixels<'_>, most: &mut [(f32, Point)]) {
-        if self.blends.is_empty() {
+    fn blend(
+        &self,
+        gathered: &Gathered,
+        band: u32,
+        pixels: &mut Pixels<'_>,
+        most: &mut [(f32, Point)],
+    ) {
+        if gathered.blends.is_empty() {
             return;
         }
-        for (source, batch) in self.image.sources().iter().zip(&mut self.layered) {
-            source.shade(batch);
-        }
+        let first = gathered.batches.len();
+        let layered: Vec<Fragments<'_>> = gathered
+            .layered
+            .iter()
+            .enumerate()
+            .map(|(number, group)| self.shade(group, band, first + number))
+            .collect();
         // By matte, how much it lets past so far.
         let mut mattes: Vec<(Key, f32)> = Vec::new();
-        for Blend { pixel, area, members } in self.blends.drain(..) {
-            let members = &self.members[members];
+        for Blend { pixel, area, members } in &gathered.blends {
+            let (pixel, area) = (*pixel, *area);
             let mut through = 1.0;
             let mut solid = None;
             mattes.clear();
-            for Member { point, source, index } in members {
+            for Member { point, source, index } in &gathered.members[members.clone()] {
                 let known = &self.image.sources()[*source];
-                let batch = &self.layered[*source];
+                let batch = &layered[*source];
                 let (color, mut alpha) = (batch.color[*index], batch.alpha[*index]);
                 if let Some(matte) = known.matte {
                     // It is not seen, but dims what it holds.
@@ -253,10 +379,6 @@ impl<'a> Stream<'a> {
             {
                 *most = (area, point);
             }
-        }
-        self.members.clear();
-        for batch in &mut self.layered {
-            *batch = Fragments::new(self.image.view());
         }
     }
 
@@ -311,6 +433,30 @@ impl<'a> Stream<'a> {
         });
         names.entry(id).or_insert_with(|| known.object(ordinal));
         id
+    }
+}
+
+impl Gathered {
+    fn bytes(&self) -> usize {
+        let groups = self.batches.iter().chain(&self.layered);
+        let of_groups: usize = groups.map(|group| group.ordinal.len() * 61).sum();
+        of_groups
+            + size_of_val(&*self.alike)
+            + size_of_val(&*self.blends)
+            + size_of_val(&*self.members)
+            + size_of_val(&*self.most)
+            + size_of_val(&*self.errors)
+    }
+}
+
+impl Group {
+    fn push(&mut self, image: &SpanImage, point: Point, row: u32, column: u32, is_whole: bool) {
+        let (_, face) = image.face(point.face);
+        self.ordinal.push(face.ordinal);
+        self.sees_front.push(face.sees_front);
+        let place = [point.x, point.y, face.plane.depth(point.x, point.y)];
+        self.points.iter_mut().zip(place).for_each(|(column, value)| column.push(value));
+        self.spots.push(Spot { row, column, face: point.face, is_whole });
     }
 }
 

@@ -8,13 +8,14 @@ use glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use super::environment::Environment;
 use super::is_default;
-use super::light::{Environment, Light};
 use super::material::Material;
 use super::mesh::Mesh;
 use super::shape::Shape;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
+use crate::light::list::Entry;
 use crate::math;
 
 /// The version of the scene format that this library writes.
@@ -91,7 +92,7 @@ pub struct Plan {
     pub cameras: BTreeMap<String, Camera>,
     /// Lights by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub lights: BTreeMap<String, Light>,
+    pub lights: BTreeMap<String, Entry>,
     /// The environment, if the file says anything of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<Environment>,

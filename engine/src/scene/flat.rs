@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::document::{Display, Document, Object, Plan};
+use super::environment::Environment;
 use super::geometry::{Faults, Geometry, Part};
-use super::light::{Environment, Light};
 use super::material::Material;
 use super::read::{self, ReadOptions, Reading};
 use super::shape::Shape;
@@ -16,6 +16,8 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::fragment::Origin;
 use crate::key::{Key, KeyHasher};
+use crate::light::Lamp;
+use crate::light::list::{Entry, MakeLamp};
 
 /// The most objects that a scene may place.
 const MAX_INSTANCES: usize = 1 << 24;
@@ -35,8 +37,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Cameras by name.
     pub cameras: BTreeMap<String, Camera>,
-    /// Lights by name.
-    pub lights: BTreeMap<String, Light>,
+    /// The lights of its list.
+    pub lights: Vec<Lamp>,
     /// The environment, if the file says anything of it.
     pub environment: Option<Environment>,
     /// The files that the document names.
@@ -126,7 +128,7 @@ impl Scene {
             instances,
             materials,
             cameras: plan.cameras.clone(),
-            lights: plan.lights.clone(),
+            lights: lamps(plan, directory)?,
             environment: plan.environment.clone(),
             notes: files.values().flat_map(|reading| reading.notes.clone()).collect(),
             files: files.keys().map(|(path, _)| path.clone()).collect(),
@@ -175,6 +177,15 @@ impl Scene {
                 *faults != Faults { worst_deviation: faults.worst_deviation, ..Faults::default() }
             })
     }
+}
+
+/// The lights of a plan.
+fn lamps(plan: &Plan, directory: &Path) -> Result<Vec<Lamp>> {
+    let lamp = |(name, entry): (&String, &Entry)| {
+        let lamp = entry.lamp(name, directory);
+        lamp.map_err(|fault| Error::invalid(format!("light \"{name}\": {}", Error::from(fault))))
+    };
+    plan.lights.iter().map(lamp).collect()
 }
 
 const UNNAMED: u32 = u32::MAX;
@@ -376,6 +387,8 @@ impl Flattening {
                 "material \"{name}\" has a number that is not finite"
             )));
         }
+        let in_material = |e: Error| Error::invalid(format!("material \"{name}\": {e}"));
+        material.finish.check().map_err(in_material)?;
         let number = self.materials.len() as u32;
         self.materials.push(material.clone());
         self.numbers.insert(id, number);

@@ -144,6 +144,18 @@ impl Geometry {
         if is_front { normal } else { -normal }
     }
 
+    /// A face in convex pieces that cover it, holes left out: itself, or triangles. Corners are vertices of
+    /// the mesh.
+    pub fn pieces(&self, face: usize, mut piece: impl FnMut(&[u32])) {
+        let mesh = &self.mesh;
+        let outline = mesh.outline(face);
+        if mesh.holes(face).is_empty() && is_convex(mesh, outline, self.normal(face)) {
+            piece(outline);
+        } else if let Some(face) = mesh.face(face) {
+            triangles(mesh, &face).iter().for_each(|triangle| piece(triangle));
+        }
+    }
+
     /// Bytes held, about.
     pub fn bytes(&self) -> usize {
         self.mesh.bytes()
@@ -372,6 +384,19 @@ fn is_affine(mesh: &Mesh, face: &Face, normal: DVec3) -> bool {
             && (mesh.uvs.is_empty() || (0..2).all(|i| near([a, b, c, at].map(|k| mesh.uvs[k][i]))))
             && (mesh.colors.is_empty() || (0..4).all(|i| near(four(i))))
     })
+}
+
+/// Whether an outline turns to the left at every corner, and once round in all.
+fn is_convex(mesh: &Mesh, outline: &[u32], normal: DVec3) -> bool {
+    let count = outline.len();
+    if count == 3 {
+        return true;
+    }
+    let at = |i: usize| mesh.points[outline[i % count] as usize];
+    let turns = (0..count).map(|i| (at(i + 1) - at(i)).cross(at(i + 2) - at(i + 1)).dot(normal));
+    // A star turns left at every corner too, but not seen from its first.
+    let fan = (1..count - 1).map(|i| (at(i) - at(0)).cross(at(i + 1) - at(0)).dot(normal));
+    turns.chain(fan).all(|turn| turn >= 0.0)
 }
 
 /// A polygon with holes, divided into triangles.

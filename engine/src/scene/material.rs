@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 use crate::color::Color;
+use crate::fragment::Finish;
 use crate::scene::is_default;
 
 /// The attributes of a surface. Faces name their materials; a document holds them.
@@ -21,6 +22,9 @@ pub struct Material {
     /// Lights leave it alone: it shows `color` as it is.
     #[serde(skip_serializing_if = "is_default")]
     pub unlit: bool,
+    /// How it answers light beside its colour.
+    #[serde(skip_serializing_if = "is_default")]
+    pub finish: Finish,
     /// It is seen from the front only; from behind the face is not there.
     #[serde(skip_serializing_if = "is_default")]
     pub one_sided: bool,
@@ -36,6 +40,7 @@ impl Default for Material {
             alpha: 1.0,
             alpha_mode: AlphaMode::Opaque,
             unlit: false,
+            finish: Finish::default(),
             one_sided: false,
             maps: BTreeMap::new(),
         }

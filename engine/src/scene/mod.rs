@@ -5,11 +5,11 @@
 //! [`flat`] (a plan made ready: what renderers take), [`read`] (formats).
 
 pub mod document;
+mod environment;
 pub mod examine;
 pub mod face;
 pub mod flat;
 pub mod geometry;
-pub mod light;
 pub mod material;
 pub mod mesh;
 mod mesh_file;
@@ -19,10 +19,10 @@ mod smooth;
 pub mod surfaces;
 
 pub use document::{Display, Document, Object, Plan, Step, Transform};
+pub use environment::Environment;
 pub use face::{Back, EdgeStyle, Face, Seal, Sides};
 pub use flat::{Instance, Scene};
 pub use geometry::{Geometry, Part};
-pub use light::{Environment, Light, LightKind};
 pub use material::{AlphaMode, Map, Material, Picture};
 pub use mesh::Mesh;
 pub use shape::Shape;

@@ -1,14 +1,15 @@
 //! What a scene knows of its faces: the colours and normals of fragments.
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::face::{Back, Sides};
 use super::flat::{Instance, Scene};
 use super::geometry::{Frame, Part};
 use super::material::AlphaMode;
 use crate::color::Color;
-use crate::fragment::{Columns, Fragments, Origin, Surfaces};
+use crate::fragment::{Columns, Finish, Fragments, Origin, Surfaces};
+use crate::trace::{Casters, CastersBuilder};
 
 /// A scene as the surfaces of a source.
 #[derive(Debug)]
@@ -16,6 +17,8 @@ pub struct SceneSurfaces {
     scene: Arc<Scene>,
     /// Of each instance: from the world to the object, and how normals turn to the world.
     places: Vec<(DAffine3, DMat3)>,
+    /// Its faces in the world, once somebody asked.
+    casters: OnceLock<Casters>,
 }
 
 /// What all fragments of a part have in common.
@@ -28,6 +31,7 @@ struct Look<'s> {
     /// Whether vertex alpha counts.
     blends: bool,
     unlit: bool,
+    finish: Finish,
     /// The unit normal of the front in world axes.
     normal: DVec3,
     /// Present where a vertex attribute is interpolated.
@@ -43,7 +47,7 @@ impl SceneSurfaces {
             (world.inverse(), normal_matrix(&world.matrix3))
         };
         let places = scene.instances.iter().map(place).collect();
-        SceneSurfaces { scene, places }
+        SceneSurfaces { scene, places, casters: OnceLock::new() }
     }
 
     /// The scene.
@@ -75,7 +79,8 @@ impl SceneSurfaces {
         let interpolates = edge.is_none() && !(mesh.colors.is_empty() && mesh.normals.is_empty());
         let frame = interpolates.then(|| Frame::new(mesh, mesh.outline(face), front));
         let normal = (place.1 * front).normalize_or_zero();
-        Look { instance, place, color, alpha, blends, unlit, normal, frame, sees_front }
+        let finish = material.finish;
+        Look { instance, place, color, alpha, blends, unlit, finish, normal, frame, sees_front }
     }
 }
 
@@ -109,7 +114,8 @@ impl Look<'_> {
 impl Surfaces for SceneSurfaces {
     fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>) {
         let (colors, normals) = (wanted.contains(Columns::COLOR), wanted.contains(Columns::NORMAL));
-        if !colors && !normals {
+        let (facing, finish) = (wanted.contains(Columns::FACING), wanted.contains(Columns::FINISH));
+        if !(colors || normals || facing || finish) {
             return;
         }
         let mut last: Option<(u32, Look<'_>)> = None;
@@ -127,6 +133,12 @@ impl Surfaces for SceneSurfaces {
                     fragments.view.world_point(x, y, fragments.depth[i])
                 }
             };
+            if facing {
+                fragments.facing.push(if sees_front { look.normal } else { -look.normal });
+            }
+            if finish {
+                fragments.finish.push(look.finish);
+            }
             let (color, alpha, normal) = look.at(world);
             if colors {
                 fragments.color.push(color);
@@ -150,6 +162,17 @@ impl Surfaces for SceneSurfaces {
         let first = outline[0] as usize;
         let differs = |same: &dyn Fn(usize) -> bool| outline.iter().any(|c| !same(*c as usize));
         let mut varying = Columns::NONE;
+        let sides = match part {
+            Part::Seal(i) => mesh.seals(face)[i as usize].sides,
+            _ => mesh.sides(face),
+        };
+        let shines = |front| {
+            let material = instance.material_of(sides, front) as usize;
+            self.scene.materials[material].finish.shines()
+        };
+        if shines(true) || shines(false) {
+            varying = varying | Columns::FINISH;
+        }
         if !mesh.colors.is_empty() && differs(&|c| mesh.colors[c] == mesh.colors[first]) {
             varying = varying | Columns::COLOR;
         }
@@ -157,6 +180,14 @@ impl Surfaces for SceneSurfaces {
             varying = varying | Columns::NORMAL;
         }
         varying
+    }
+
+    fn casters(&self) -> Option<&Casters> {
+        Some(self.casters.get_or_init(|| self.scene.casters()))
+    }
+
+    fn casts(&self) -> bool {
+        true
     }
 
     fn object(&self, ordinal: u32) -> String {
@@ -169,6 +200,39 @@ impl Surfaces for SceneSurfaces {
 }
 
 impl Scene {
+    /// All faces as they stand in the world. Seals and drawn edges, which lie on faces, are left out.
+    fn casters(&self) -> Casters {
+        let mut builder = CastersBuilder::default();
+        for instance in &self.instances {
+            let geometry = &*instance.geometry;
+            let mesh = geometry.mesh();
+            let world = &instance.world_from_object;
+            let base = builder.points(mesh.points.iter().map(|p| world.transform_point3(*p)));
+            for face in 0..mesh.face_count() {
+                let opacity = self.opacity(instance, face);
+                let number = instance.first_ordinal + geometry.first_part(face);
+                geometry.pieces(face, |corners| {
+                    builder.piece(number, opacity, corners.iter().map(|corner| base + corner));
+                });
+            }
+        }
+        builder.finish()
+    }
+
+    /// How much light a face holds back; NaN if that differs from place to place or side to side.
+    fn opacity(&self, instance: &Instance, face: usize) -> f32 {
+        let mesh = instance.geometry.mesh();
+        let of = |front| &self.materials[instance.material_of(mesh.sides(face), front) as usize];
+        let (front, back) = (of(true), of(false));
+        let blends = front.alpha_mode == AlphaMode::Blend || back.alpha_mode == AlphaMode::Blend;
+        let alpha = |corner: &u32| mesh.colors.get(*corner as usize).map_or(1.0, |c| c[3]);
+        let varies = blends && mesh.outline(face).iter().any(|corner| alpha(corner) != 1.0);
+        match (front.opacity(), back.opacity()) {
+            (front, back) if varies || front != back => f32::NAN,
+            (opacity, _) => opacity,
+        }
+    }
+
     /// Whether a part of an instance's face lets through what lies behind it, from the side that is
     /// seen.
     pub fn is_translucent(

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::color::Color;
-use crate::fragment::{Columns, Fragments, Shader};
+use crate::fragment::{Around, Columns, Fragments, Shader};
 use crate::math;
 
 /// Mixes surfaces with the fog's colour by the length of the way from the eye. \[N], "Shading effects":
@@ -24,7 +24,7 @@ impl Shader for Fog {
         Columns::COLOR | Columns::DEPTH
     }
 
-    fn shade(&self, fragments: &mut Fragments<'_>) {
+    fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
         for i in 0..fragments.len() {
             let (x, y, depth) = (fragments.x[i], fragments.y[i], fragments.depth[i]);
             let view = fragments.view;

@@ -1,48 +1,408 @@
-//! Diffuse illumination by any number of lights.
+//! Illumination by any number of lamps, each by itself (\[N], "Illuminance calculation").
 
+use glam::{DVec2, DVec3};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::f32::consts::PI;
 use std::sync::Arc;
 
-use super::light::Light;
+use super::gloss;
 use crate::color::Color;
-use crate::fragment::{Columns, Fragments, Shader};
+use crate::fragment::{Around, Columns, Finish, Fragments, Gloss, Kept, Shader, World};
+use crate::key::KeyHasher;
+use crate::light::{Lamp, Receiver, Sample};
+use crate::shadow::lies_in;
+use crate::trace::{Casters, Ray, Toward};
 
-/// Lights surfaces by Lambert's law: colour times the light received. Unlit surfaces stay as they are.
+/// Lights surfaces: colour times the light received, and what shines on them. Unlit surfaces stay as they
+/// are.
 ///
-/// Flat faces under parallel light have one intensity all over, \[N]'s stored intensity; on curved
-/// patches normals are interpolated.
+/// Flat faces under parallel light without shadows have one intensity all over, \[N]'s stored intensity;
+/// on curved patches normals are interpolated.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Illuminate {
     /// The sources.
-    pub lights: Vec<Arc<dyn Light>>,
-    /// What a white surface that faces straight up shows of the light that is everywhere.
-    pub sky: Color,
-    /// What one that faces straight down shows. Between, the light of two uniform half-spaces,
-    /// unoccluded: their irradiance goes with the cosine of the tilt.
-    pub ground: Color,
+    pub lamps: Vec<Lamp>,
+    /// The illuminance in lux under which a white surface shows 1.
+    pub white: f32,
+    /// How shadows are found.
+    pub shadows: Shadows,
+    /// Rays to a source that is not in one place.
+    pub samples: u32,
+}
+
+/// How shadows are found: time for accuracy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Shadows {
+    /// There are none.
+    #[default]
+    None,
+    /// Of light from one place, exactly: [shadow volumes](crate::shadow). Of other light by rays.
+    Volumes,
+    /// By this many rays per fragment, 1 to 4096, spread over the pixel and the source.
+    Rays(u32),
+}
+
+/// What a fragment receives of a lamp of unit strength.
+#[derive(Debug)]
+struct Received {
+    /// Irradiance in lux.
+    diffuse: Values,
+    /// What its gloss sends to the eye: the factor of its own reflectance, and the rest. Empty if
+    /// nothing shines.
+    gloss: Vec<[Color; 2]>,
+}
+
+/// Colours, most of which are grey.
+#[derive(Debug)]
+enum Values {
+    Grey(Vec<f32>),
+    Colored(Vec<Color>),
+}
+
+impl Values {
+    fn new(colors: Vec<Color>) -> Values {
+        if colors.iter().all(|c| c.r == c.g && c.g == c.b) {
+            Values::Grey(colors.into_iter().map(|c| c.r).collect())
+        } else {
+            Values::Colored(colors)
+        }
+    }
+
+    fn at(&self, i: usize) -> Color {
+        match self {
+            Values::Grey(values) => Color::grey(values[i]),
+            Values::Colored(values) => values[i],
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        match self {
+            Values::Grey(values) => size_of_val(&**values),
+            Values::Colored(values) => size_of_val(&**values),
+        }
+    }
 }
 
 #[typetag::serde]
 impl Shader for Illuminate {
     fn reads(&self) -> Columns {
-        let lights = self.lights.iter().fold(Columns::COLOR, |all, light| all | light.reads());
-        if self.sky == self.ground { lights } else { lights | Columns::NORMAL }
+        let mut reads = Columns::COLOR | Columns::FINISH;
+        for lamp in self.lamps.iter().filter(|lamp| lamp.shines()) {
+            reads = reads | Columns::NORMAL;
+            let is_parallel = matches!(lamp.light.toward(), Some(Toward::Direction(_)));
+            if !is_parallel && !lamp.light.is_everywhere() {
+                reads = reads | Columns::POSITION;
+            }
+            if self.shadows != Shadows::None && !lamp.light.is_everywhere() {
+                reads = reads | Columns::POSITION | Columns::FACING | Columns::WORLD;
+            }
+        }
+        reads
     }
 
-    fn shade(&self, fragments: &mut Fragments<'_>) {
-        let mut light = if self.sky == self.ground {
-            vec![self.sky; fragments.len()]
-        } else {
-            let up = |normal: &glam::Vec3| self.ground.mix(self.sky, 0.5 + 0.5 * normal.y);
-            fragments.normal.iter().map(up).collect()
-        };
-        for source in &self.lights {
-            source.add(fragments, &mut light);
+    fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>) {
+        let count = fragments.len();
+        let matt = Finish::default();
+        let mut diffuse = vec![Color::BLACK; count];
+        let mut gloss = vec![[Color::BLACK; 2]; if shines(fragments) { count } else { 0 }];
+        let scale = 1.0 / self.white;
+        for lamp in self.lamps.iter().filter(|lamp| lamp.shines()) {
+            let received = self.received(lamp, fragments, around);
+            let strength = lamp.strength * scale;
+            let is_everywhere = lamp.light.is_everywhere();
+            for (i, sum) in diffuse.iter_mut().enumerate() {
+                let finish = fragments.finish.get(i).unwrap_or(&matt);
+                // Light from everywhere is mirrored from everywhere: gloss takes nothing of it.
+                let share = match is_everywhere {
+                    true => finish.ambient,
+                    false => finish.diffuse * gloss::left_by(finish.gloss),
+                };
+                *sum = *sum + received.diffuse.at(i) * strength * share;
+            }
+            for (sum, parts) in gloss.iter_mut().zip(&received.gloss) {
+                *sum = [0, 1].map(|k| sum[k] + parts[k] * strength);
+            }
         }
-        let surfaces = fragments.color.iter_mut().zip(&fragments.unlit);
-        for ((color, unlit), light) in surfaces.zip(light) {
-            if !unlit {
-                *color = *color * light;
+        for (i, received) in diffuse.into_iter().enumerate() {
+            if fragments.unlit[i] {
+                continue;
+            }
+            let color = fragments.color[i];
+            let finish = fragments.finish.get(i).unwrap_or(&matt);
+            let [by_own, rest] = gloss.get(i).copied().unwrap_or_default();
+            let own = gloss::reflectance(finish.gloss, color);
+            fragments.color[i] =
+                color * received + own * by_own + rest + finish.glow * (PI * scale);
+        }
+    }
+}
+
+fn shines(fragments: &Fragments<'_>) -> bool {
+    fragments.finish.iter().any(|finish| finish.gloss != Gloss::None)
+}
+
+impl Illuminate {
+    /// What fragments receive of a lamp of unit strength: kept, so that its strength may change.
+    fn received(
+        &self,
+        lamp: &Lamp,
+        fragments: &Fragments<'_>,
+        around: &Around<'_>,
+    ) -> Arc<Received> {
+        let mut key = KeyHasher::new("received");
+        key.key(lamp.key()).value(&(self.shadows, self.samples));
+        around.world.into_iter().for_each(|world| {
+            key.key(world.key());
+        });
+        // What was done to the normals and places of fragments before is part of what they receive.
+        key.bytes(&[around.rest.len() as u8]);
+        let key = key.finish();
+        if let Some(known) = around.batch.kept(key).and_then(|kept| kept.downcast().ok()) {
+            return known;
+        }
+        let received = Arc::new(self.compute(lamp, fragments, around));
+        let bytes = received.diffuse.bytes() + size_of_val(&*received.gloss);
+        around.batch.keep(key, received.clone() as Kept, bytes);
+        received
+    }
+
+    fn compute(&self, lamp: &Lamp, fragments: &Fragments<'_>, around: &Around<'_>) -> Received {
+        let light = &*lamp.light;
+        let world = around.world.filter(|_| !light.is_everywhere());
+        // Sharp shadows that the lines know.
+        let exact = match (self.shadows, light.toward(), world) {
+            (Shadows::Volumes, Some(from), Some(world)) => around.batch.lit(from, world),
+            _ => None,
+        };
+        let rays = match self.shadows {
+            Shadows::None => 0,
+            Shadows::Rays(rays) => rays.max(1),
+            Shadows::Volumes if light.toward().is_some() => 1,
+            Shadows::Volumes => self.samples.max(1),
+        };
+        let world = world.filter(|_| exact.is_none() && rays > 0);
+        let casters: Vec<(usize, &Casters)> = world.into_iter().flat_map(World::casters).collect();
+        let shines = light.shines() && shines(fragments);
+        let mut diffuse = Vec::with_capacity(fragments.len());
+        let mut gloss = Vec::with_capacity(if shines { fragments.len() } else { 0 });
+        for i in 0..fragments.len() {
+            let spot = Spot::new(fragments, i);
+            if fragments.unlit[i] {
+                diffuse.push(Color::BLACK);
+                gloss.extend(shines.then_some([Color::BLACK; 2]));
+                continue;
+            }
+            let at = spot.receiver;
+            let shine = |sample: &Sample| gloss::sent(spot.finish, &at, spot.to_eye, sample);
+            if light.is_everywhere() {
+                diffuse.push(light.irradiance(&at));
+                gloss.extend(shines.then_some([Color::BLACK; 2]));
+                continue;
+            }
+            let whole = spot.irradiance(light.toward(), light.irradiance(&at));
+            let needs_samples = world.is_some() || (shines && light.toward().is_none());
+            if !needs_samples {
+                let lit = exact.as_ref().map_or(1.0, |exact| exact[i]);
+                diffuse.push(whole * lit);
+                if shines {
+                    let sent = shine(&light.sample(&at, DVec2::splat(0.5)));
+                    gloss.push(
+                        sent.map(
+                            |part| if whole == Color::BLACK { Color::BLACK } else { part * lit },
+                        ),
+                    );
+                }
+                continue;
+            }
+            if whole == Color::BLACK {
+                diffuse.push(Color::BLACK);
+                gloss.extend(shines.then_some([Color::BLACK; 2]));
+                continue;
+            }
+            let count = if world.is_some() { rays } else { self.samples.max(1) };
+            let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
+            let mut sent = [Color::BLACK; 2];
+            let pattern = Pattern::new(fragments.x[i], fragments.y[i]);
+            for k in 0..count {
+                let choice = pattern.at(k);
+                let sample = light.sample(&at, choice);
+                let from = match around.batch.reach() {
+                    // A source in one place is the same for all rays: they are spread over the pixel.
+                    Some(reach)
+                        if light.toward().is_some() && count > 1 && around.batch.is_whole(i) =>
+                    {
+                        spot.beside(fragments, i, (choice - 0.5) * DVec2::from(reach))
+                    }
+                    _ => at.position,
+                };
+                let lit = match world {
+                    None => 1.0,
+                    Some(world) if spot.faces(sample.toward) => {
+                        passes(world, &casters, fragments, &spot, from, sample.toward)
+                    }
+                    Some(_) => 0.0,
+                };
+                open = open + sample.irradiance;
+                reaches = reaches + sample.irradiance * lit;
+                if shines {
+                    let part = shine(&sample);
+                    sent = [0, 1].map(|k| sent[k] + part[k] * lit);
+                }
+            }
+            // The share that reaches it, of what is known without a sample.
+            let share = |open: f32, reaches: f32, whole: f32| {
+                if open > 0.0 { whole * (reaches / open) } else { 0.0 }
+            };
+            diffuse.push(Color::new(
+                share(open.r, reaches.r, whole.r),
+                share(open.g, reaches.g, whole.g),
+                share(open.b, reaches.b, whole.b),
+            ));
+            gloss.extend(shines.then(|| sent.map(|part| part * (1.0 / count as f32))));
+        }
+        Received { diffuse: Values::new(diffuse), gloss }
+    }
+}
+
+/// A fragment that receives light.
+struct Spot {
+    receiver: Receiver,
+    /// The unit normal of the face itself.
+    facing: DVec3,
+    /// The unit vector to where it is seen from.
+    to_eye: DVec3,
+    finish: Finish,
+}
+
+impl Spot {
+    fn new(fragments: &Fragments<'_>, i: usize) -> Spot {
+        let position = fragments.position.get(i).copied().unwrap_or_default();
+        let finish = fragments.finish.get(i).copied().unwrap_or_default();
+        let smooth = fragments.normal.get(i).map_or(DVec3::ZERO, |n| n.as_dvec3());
+        let facing = fragments.facing.get(i).copied().unwrap_or(smooth);
+        let normal = if finish.flat { facing } else { smooth };
+        let to_eye = if finish.gloss == Gloss::None { DVec3::ZERO } else { fragments.to_eye(i) };
+        Spot { receiver: Receiver { position, normal }, facing, to_eye, finish }
+    }
+
+    /// Whether the face itself is turned to where light comes from.
+    fn faces(&self, toward: Toward) -> bool {
+        self.facing.dot(toward.from(self.receiver.position).0) > 0.0
+    }
+
+    /// No light from behind the face, whatever its interpolated normal says.
+    fn irradiance(&self, toward: Option<Toward>, whole: Color) -> Color {
+        match toward {
+            Some(toward) if !self.faces(toward) => Color::BLACK,
+            _ => whole,
+        }
+    }
+
+    /// The point of the face's plane that is seen beside it, by so many pixels.
+    fn beside(&self, fragments: &Fragments<'_>, i: usize, by: DVec2) -> DVec3 {
+        let view = fragments.view;
+        let (x, y) = (fragments.x[i] + by.x, fragments.y[i] + by.y);
+        let (near, far) =
+            (view.world_point(x, y, view.depth(1.0)), view.world_point(x, y, view.depth(2.0)));
+        let along = far - near;
+        let t = self.facing.dot(self.receiver.position - near) / self.facing.dot(along);
+        let point = near + along * t;
+        if point.is_finite() { point } else { self.receiver.position }
+    }
+}
+
+/// How much of the light on a way arrives: what stands in it holds back its share.
+fn passes(
+    world: &World,
+    casters: &[(usize, &Casters)],
+    fragments: &Fragments<'_>,
+    spot: &Spot,
+    from: DVec3,
+    toward: Toward,
+) -> f32 {
+    let (way, reach) = toward.from(from);
+    // The light's own surface, at the end of the way, is not in it.
+    let ray = Ray::new(from, way, reach * (1.0 - 1e-9));
+    let plane = (spot.facing, spot.receiver.position);
+    let mut through = 1.0f32;
+    for (member, casters) in casters {
+        casters.meet_all(&ray, |hit| {
+            if lies_in(casters, hit.piece, plane) {
+                return true;
+            }
+            let piece = &casters.pieces()[hit.piece];
+            let opacity = if piece.opacity.is_nan() {
+                let surfaces = &*world.members()[*member].surfaces;
+                let sees_front = casters.normal(hit.piece).dot(way) < 0.0;
+                crate::shadow::opacity(
+                    surfaces,
+                    fragments.view,
+                    piece.face,
+                    sees_front,
+                    ray.at(hit.t),
+                )
+            } else {
+                piece.opacity
+            };
+            through *= 1.0 - opacity;
+            through > 0.0
+        });
+        if through <= 0.0 {
+            return 0.0;
+        }
+    }
+    through
+}
+
+/// Points of the unit square, spread evenly however many are taken: the first two dimensions of Sobol's
+/// sequence, shifted by digits that differ from fragment to fragment.
+struct Pattern([u32; 2]);
+
+impl Pattern {
+    fn new(x: f64, y: f64) -> Pattern {
+        let mut state = x.to_bits() ^ y.to_bits().rotate_left(32);
+        let mut next = || {
+            // SplitMix64 (Steele, Lea and Flood 2014).
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            (z ^ (z >> 31)) as u32
+        };
+        Pattern([next(), next()])
+    }
+
+    fn at(&self, k: u32) -> DVec2 {
+        let mut second = 0u32;
+        let (mut bits, mut direction) = (k, 1u32 << 31);
+        while bits != 0 {
+            if bits & 1 == 1 {
+                second ^= direction;
+            }
+            bits >>= 1;
+            direction ^= direction >> 1;
+        }
+        let unit = |bits: u32| f64::from(bits) / 4_294_967_296.0;
+        DVec2::new(unit(k.reverse_bits() ^ self.0[0]), unit(second ^ self.0[1]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pattern_fills_every_quarter_sixteenth_and_row_alike() {
+        for seed in 0..20 {
+            let pattern = Pattern::new(f64::from(seed) + 0.5, 3.25);
+            for (columns, rows) in [(4, 4), (16, 1), (1, 16), (2, 8), (8, 2)] {
+                let mut counts = vec![0; 16];
+                for k in 0..16 {
+                    let p = pattern.at(k);
+                    let (x, y) = (p.x * f64::from(columns), p.y * f64::from(rows));
+                    counts[(x as u32 * rows + y as u32) as usize] += 1;
+                }
+                assert_eq!(counts, [1; 16], "{columns} by {rows}");
             }
         }
     }

@@ -1,13 +1,12 @@
-//! Shaders and lights: programs over fragments.
+//! Shaders: programs over fragments.
 
 pub mod fog;
+mod gloss;
 pub mod illuminate;
-pub mod light;
 pub mod picture;
 pub mod recolor;
 
 pub use fog::Fog;
-pub use illuminate::Illuminate;
-pub use light::{Light, ParallelLight};
+pub use illuminate::{Illuminate, Shadows};
 pub use picture::{PictureColors, PictureFrame};
 pub use recolor::Recolor;

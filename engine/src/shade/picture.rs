@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Columns, Fragments, Shader};
+use crate::fragment::{Around, Columns, Fragments, Shader};
 
 /// Gives surfaces the colour that a picture has where they are seen: the pixel's own, so that a picture of
 /// the same size comes out again wherever its alpha is what the surfaces cover. Depth and coverage stay.
@@ -95,7 +95,7 @@ impl Shader for PictureColors {
         Columns::COLOR | Columns::DEPTH
     }
 
-    fn shade(&self, fragments: &mut Fragments<'_>) {
+    fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
         let raster = fragments.view.raster();
         let (width, height) = (f64::from(raster.width), f64::from(raster.height));
         for i in 0..fragments.len() {

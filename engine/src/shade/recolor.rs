@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::color::Color;
-use crate::fragment::{Columns, Fragments, Shader};
+use crate::fragment::{Around, Columns, Fragments, Shader};
 
 /// Changes colours: times `multiply`, plus `add`, towards grey or away from it by `saturation`.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -22,7 +22,7 @@ impl Shader for Recolor {
         Columns::COLOR
     }
 
-    fn shade(&self, fragments: &mut Fragments<'_>) {
+    fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
         for color in &mut fragments.color {
             let bright = *color * self.multiply + self.add;
             // Luminance of Rec. 709 primaries.

@@ -7,11 +7,11 @@ use std::sync::{Arc, OnceLock};
 use super::layer::{self, Segment};
 use super::line::Span;
 use super::per_line::PerLine;
-use super::{Again, Face, FaceId, OnLine, Probe, Source, Stage, Union};
+use super::{Again, Face, FaceId, Memo, OnLine, Probe, Source, Stage, Union};
 use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::Shader;
+use crate::fragment::{Shader, Shading, World};
 use crate::raster::{LinePlan, Rows};
 
 /// The opaque spans of a range of rows.
@@ -40,6 +40,8 @@ pub struct SpanImage {
     lines: Arc<Lines>,
     layers: Arc<Layers>,
     intensities: OnceLock<Arc<Intensities>>,
+    /// What is kept of these very lines and faces, whatever their stacks.
+    memo: Arc<Memo>,
 }
 
 impl SpanImage {
@@ -70,6 +72,7 @@ impl SpanImage {
             lines: Arc::new(Lines::compute(lines.clone(), background)),
             layers: Arc::new(Layers::empty(lines)),
             intensities: OnceLock::new(),
+            memo: Arc::default(),
         }
     }
 
@@ -96,7 +99,7 @@ impl SpanImage {
         debug_assert_eq!(lines.range(), self.lines.range());
         debug_assert_eq!(layers.range(), lines.range());
         let (lines, layers) = (Arc::new(lines), Arc::new(layers));
-        SpanImage { lines, layers, intensities: OnceLock::new(), ..self }
+        SpanImage { lines, layers, intensities: OnceLock::new(), memo: Arc::default(), ..self }
     }
 
     /// The projection.
@@ -195,6 +198,29 @@ impl SpanImage {
         &self.intensities
     }
 
+    /// Whether all that its shaders look around at is there.
+    ///
+    /// # Errors
+    /// As [`World::check`].
+    pub fn check_worlds(&self) -> Result<()> {
+        let mut known = Vec::new();
+        for stage in self.sources.iter().flat_map(|source| &source.stack) {
+            if let Stage::Shade(shading) = stage
+                && let Some(world) = shading.world()
+                && !known.contains(&world.key())
+            {
+                world.check()?;
+                known.push(world.key());
+            }
+        }
+        Ok(())
+    }
+
+    /// What is kept of these lines and faces. Images that differ in shaders alone share it.
+    pub fn memo(&self) -> &Memo {
+        &self.memo
+    }
+
     /// Bytes held, shared parts included.
     pub fn bytes(&self) -> usize {
         let spans = self.lines.bytes() + self.layers.bytes();
@@ -206,12 +232,17 @@ impl SpanImage {
     /// # Errors
     /// If the image has more faces than ids (2^32 - 1).
     pub fn shaded(&self, shader: Arc<dyn Shader>) -> Result<SpanImage> {
+        let world = || Arc::new(World::new(self.sources.iter().map(|s| s.member()).collect()));
+        let shading = Shading::new(shader, world);
         let shaded = |source: &Arc<Source>| {
             let mut source = Source::clone(source);
-            source.stack.push(Stage::Shade(shader.clone()));
+            source.stack.push(Stage::Shade(shading.clone()));
             Arc::new(source)
         };
-        self.with_sources(self.sources.iter().map(shaded).collect())
+        let image = self.with_sources(self.sources.iter().map(shaded).collect())?;
+        // New keys may order sources anew; else all that is known of the spans stays true.
+        let is_same = Arc::ptr_eq(&image.lines, &self.lines);
+        Ok(if is_same { SpanImage { memo: self.memo.clone(), ..image } } else { image })
     }
 
     /// The image with other sources, one for each of its own, with the same faces by place.
@@ -241,7 +272,8 @@ impl SpanImage {
 
     /// The image with the sources that a [`Union`] made of its own.
     pub(super) fn with_sources_of(&self, sources: Vec<Arc<Source>>, bases: Vec<u32>) -> SpanImage {
-        SpanImage { sources, bases, again: None, intensities: OnceLock::new(), ..self.clone() }
+        let (intensities, memo) = (OnceLock::new(), Arc::default());
+        SpanImage { sources, bases, again: None, intensities, memo, ..self.clone() }
     }
 
     /// The image as an answer to a plan of the same lines, whatever it says of probes.

@@ -6,8 +6,8 @@
 //!
 //! Reading path: [`order`] (which face is nearer), [`mod@line`] (a line and the merge of two), [`layer`]
 //! (translucent faces), [`face`] (planes and outlines), [`image`] (all lines of a picture, and the merge
-//! of pictures), [`union`] (ids that mean the same in several pictures), [`probe`] (more lines, where they are wanted), [`writer`] (for renderers of other
-//! people).
+//! of pictures), [`union`] (ids that mean the same in several pictures), [`probe`] (more lines, where they
+//! are wanted), [`memo`] (what is kept beside them), [`writer`] (for renderers of other people).
 
 pub mod edit;
 pub mod face;
@@ -15,6 +15,7 @@ pub mod hold;
 pub mod image;
 pub mod layer;
 pub mod line;
+pub mod memo;
 pub mod order;
 pub mod per_line;
 pub mod probe;
@@ -29,11 +30,14 @@ pub use hold::{Held, Keep};
 pub use image::{Layers, Lines, SpanImage};
 pub use layer::Segment;
 pub use line::Span;
+pub use memo::Memo;
 pub use order::OnLine;
 pub use per_line::PerLine;
 pub(crate) use probe::Again;
 pub use probe::Probe;
 pub use seen::Seen;
-pub use source::{Placement, Source, Stage};
+pub use source::Source;
 pub use union::Union;
 pub use writer::SpanWriter;
+
+pub use crate::fragment::{Placement, Stage};

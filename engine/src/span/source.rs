@@ -5,9 +5,8 @@ use std::sync::Arc;
 
 use super::face::{FaceTable, FaceTableBuilder};
 use super::hold::Held;
-use crate::camera::Plane;
 use crate::error::Result;
-use crate::fragment::{Columns, Fragments, Shader, Surfaces};
+use crate::fragment::{Batch, Columns, Fragments, Member, Stage, Surfaces, stack};
 use crate::key::Key;
 
 /// The faces of one scene under one shading stack. Merging unites sources; a shader applies to the
@@ -35,59 +34,6 @@ pub struct Source {
     pub held: Vec<Held>,
 }
 
-/// An entry of a source's stack.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-pub enum Stage {
-    /// A program runs over its fragments.
-    Shade(Arc<dyn Shader>),
-    /// Its faces are moved on the screen or in depth.
-    Place(Placement),
-    /// Something with this key was done to it before its colours were stored: nothing is left to do. The
-    /// least key stands at the end of what was stored.
-    Kept(Key),
-}
-
-impl Stage {
-    /// What it is; what was stored keeps its place among sources.
-    pub(crate) fn key(&self) -> Key {
-        match self {
-            Stage::Kept(key) => *key,
-            stage => Key::of(stage),
-        }
-    }
-}
-
-/// A move of faces: what is seen at (x, y, rho) is seen after it at
-/// (x + `x`, y + `y`, rho * `scale` + `offset`).
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Placement {
-    /// To the right, in pixels.
-    pub x: f64,
-    /// Down, in pixels.
-    pub y: f64,
-    /// Factor of the depth.
-    pub scale: f64,
-    /// What is added to the depth, after that.
-    pub offset: f64,
-}
-
-impl Placement {
-    /// The plane of a moved face.
-    pub fn plane(&self, plane: &Plane) -> Plane {
-        let Plane { a, b, c } = *plane;
-        let (a, b, c) = (a * self.scale, b * self.scale, c * self.scale + self.offset);
-        Plane { a, b, c: c - a * self.x - b * self.y }
-    }
-
-    /// Takes fragments back to where they were before.
-    fn undo(&self, fragments: &mut Fragments<'_>) {
-        fragments.x.iter_mut().for_each(|x| *x -= self.x);
-        fragments.y.iter_mut().for_each(|y| *y -= self.y);
-        let before = |depth: f64| (depth - self.offset) / self.scale;
-        fragments.depth.iter_mut().for_each(|depth| *depth = before(*depth));
-    }
-}
-
 impl Source {
     /// How two sources are ordered. `Equal` means that they are the same.
     pub fn order(&self, other: &Source) -> Ordering {
@@ -101,11 +47,17 @@ impl Source {
 
     /// The columns that the whole stack reads, and the colour that it changes.
     pub fn reads(&self) -> Columns {
-        let shaders = self.stack.iter().filter_map(|stage| match stage {
-            Stage::Shade(shader) => Some(shader.reads()),
-            Stage::Place(_) | Stage::Kept(_) => None,
-        });
-        shaders.fold(Columns::COLOR, |all, reads| all | reads)
+        stack::reads(&self.stack)
+    }
+
+    /// The source as part of what is around a shader.
+    pub fn member(&self) -> Member {
+        Member {
+            label: self.label.clone(),
+            scene: self.scene,
+            surfaces: self.surfaces.clone(),
+            stack: self.stack.clone(),
+        }
     }
 
     /// Whether a face is shaded alike all over, so that one evaluation serves all of it: \[N]'s
@@ -114,42 +66,22 @@ impl Source {
         !self.reads().meets(self.surfaces.varying(ordinal) | Columns::PLACE)
     }
 
-    /// Fills and shades a batch of this source's fragments: its surfaces first, then its stack.
-    pub fn shade(&self, fragments: &mut Fragments<'_>) {
+    /// Fills and shades a batch of this source's fragments: its surfaces first, then its stack. Surfaces
+    /// know their faces where they were rendered; each shader sees them where they were then.
+    pub fn shade(&self, fragments: &mut Fragments<'_>, batch: &dyn Batch) {
         if fragments.is_empty() {
             return;
         }
-        // Surfaces know their faces where they were rendered; each shader saw them where they were then.
-        let mut places = self.fill_at_start(self.reads(), fragments);
-        for stage in &self.stack {
-            match stage {
-                Stage::Shade(shader) => shader.shade(fragments),
-                Stage::Place(_) => fragments.go_to(places.pop().expect("a place for each move")),
-                Stage::Kept(_) => {}
-            }
-        }
+        let places = stack::fill_at_start(&self.stack, &*self.surfaces, self.reads(), fragments);
+        stack::run(&self.stack, (&self.label, self.scene), places, batch, fragments);
     }
 
     /// Fills columns of a batch of this source's fragments without shading them.
     pub fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>) {
-        let places = self.fill_at_start(wanted, fragments);
+        let places = stack::fill_at_start(&self.stack, &*self.surfaces, wanted, fragments);
         if let Some(last) = places.into_iter().next() {
             fragments.go_to(last);
         }
-    }
-
-    /// Takes fragments to where they were rendered, and fills columns there. Returns where they were
-    /// after every move, the last first.
-    fn fill_at_start(&self, wanted: Columns, fragments: &mut Fragments<'_>) -> Vec<[Vec<f64>; 3]> {
-        let mut places = Vec::new();
-        for stage in self.stack.iter().rev() {
-            if let Stage::Place(placement) = stage {
-                places.push([&fragments.x, &fragments.y, &fragments.depth].map(Vec::clone));
-                placement.undo(fragments);
-            }
-        }
-        fragments.fill(wanted, &*self.surfaces);
-        places
     }
 
     /// The name of the object that a face belongs to, with its source's: `"cars.glb/truck/wheel"`.

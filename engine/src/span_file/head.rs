@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::camera::{Camera, View};
 use crate::error::Result;
-use crate::fragment::Origin;
+use crate::fragment::{Origin, Surfaces};
 use crate::key::Key;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
 use crate::span::{Held, Source, Stage};
@@ -25,6 +25,28 @@ pub(super) struct Head {
     #[serde(default)]
     pub(super) scenes: Vec<SceneHead>,
     pub(super) sources: Vec<SourceHead>,
+    /// What shaders look around at; those that a world's own stacks name stand before it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) worlds: Vec<WorldHead>,
+}
+
+/// What was in the image when a shader was applied to it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct WorldHead {
+    pub(super) key: Key,
+    pub(super) members: Vec<MemberHead>,
+}
+
+/// A source as part of a world.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct MemberHead {
+    pub(super) label: String,
+    pub(super) scene: Key,
+    /// The place of its scene in the list of scenes.
+    #[serde(default)]
+    pub(super) found_in: Option<usize>,
+    #[serde(default)]
+    pub(super) stack: Vec<Stage>,
 }
 
 /// A scene that faces come from.
@@ -69,18 +91,46 @@ impl Head {
             rows: [rows.start, rows.end],
             scenes: Vec::new(),
             sources: Vec::new(),
+            worlds: Vec::new(),
+        }
+    }
+
+    /// The place of a scene in the list, which it is added to.
+    fn place_of(&mut self, scene: SceneHead) -> usize {
+        let known = self.scenes.iter().position(|known| *known == scene);
+        known.unwrap_or_else(|| {
+            self.scenes.push(scene);
+            self.scenes.len() - 1
+        })
+    }
+
+    /// Adds the worlds that a stack names; `scene` says where the scene of surfaces comes from.
+    pub(super) fn add_worlds(
+        &mut self,
+        stack: &[Stage],
+        scene: &dyn Fn(&dyn Surfaces) -> Option<SceneHead>,
+    ) {
+        for stage in stack {
+            let Stage::Shade(shading) = stage else { continue };
+            let Some(world) = shading.world() else { continue };
+            if self.worlds.iter().any(|known| known.key == world.key()) {
+                continue;
+            }
+            world.members().iter().for_each(|member| self.add_worlds(&member.stack, scene));
+            let members = world.members().iter().map(|member| MemberHead {
+                label: member.label.clone(),
+                scene: member.scene,
+                found_in: scene(&*member.surfaces).map(|scene| self.place_of(scene)),
+                stack: member.stack.clone(),
+            });
+            let members = members.collect();
+            self.worlds.push(WorldHead { key: world.key(), members });
         }
     }
 
     /// Adds a source, and the scene that it comes from if that is known.
     pub(super) fn add(&mut self, source: &Source, scene: Option<SceneHead>) {
-        let found_in = scene.map(|scene| {
-            let known = self.scenes.iter().position(|known| *known == scene);
-            known.unwrap_or_else(|| {
-                self.scenes.push(scene);
-                self.scenes.len() - 1
-            })
-        });
+        let found_in = scene.map(|scene| self.place_of(scene));
         self.sources.push(SourceHead {
             label: source.label.clone(),
             scene: source.scene,

@@ -1,6 +1,7 @@
 //! Reading span files.
 
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::fs::File;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -9,12 +10,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::block::{self, Block, Kind, MAX_LINES};
 use super::column::Bytes;
 use super::faces::Faces;
-use super::head::Head;
+use super::head::{Head, MemberHead};
 use super::lines;
-use super::scenes::{Found, SceneState, Search, find_surfaces};
-use super::stored::Stored;
+use super::scenes::{Found, SceneState, Search, Sought, find_surfaces};
+use super::stored::{Looks, Stored};
 use crate::camera::View;
 use crate::error::{Error, Result};
+use crate::fragment::{Member, Stage, World};
+use crate::key::Key;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
 use crate::span::{FaceId, Layers, Lines, Segment, Source, Span, SpanImage, layer};
 
@@ -70,7 +73,15 @@ impl SpanFile {
         }
         let lines = line_blocks(path, &blocks, plan.lines(&rows))?;
         let (tables, ids) = read_faces(path, &mut file, &blocks, head.sources.len())?;
-        let (surfaces, scenes) = find_surfaces(path, &mut file, &blocks, &head, &tables, search)?;
+        let of_sources = head.sources.iter().zip(&tables);
+        let of_sources = of_sources.map(|(s, faces)| (&*s.label, s.found_in, faces.looks.last()));
+        let members = head.worlds.iter().flat_map(|world| &world.members);
+        let members = members.map(|member| (&*member.label, member.found_in, None));
+        let sought: Vec<Sought<'_>> = of_sources.chain(members).collect();
+        let (found, scenes) = find_surfaces(path, &mut file, &blocks, &head, &sought, search)?;
+        let mut found = found.into_iter();
+        let surfaces: Vec<Found> = found.by_ref().take(head.sources.len()).collect();
+        let worlds = worlds(&head, found).map_err(in_head)?;
         let varying = tables.iter().map(|faces| faces.looks.varying()).sum();
 
         let mut sources: Vec<(usize, Source)> = Vec::new();
@@ -86,7 +97,7 @@ impl SpanFile {
                 label: about.label.clone(),
                 scene: about.scene,
                 surfaces,
-                stack: about.stack.clone(),
+                stack: in_worlds(&about.stack, &worlds),
                 matte: about.matte,
                 held: about.held.clone(),
                 faces: Arc::new(table),
@@ -274,6 +285,49 @@ impl SpanFile {
 }
 
 /// The blocks that hold the lines `all`, in order and without a gap.
+/// The worlds of a file, whose scenes were found in their order.
+fn worlds(head: &Head, found: impl Iterator<Item = Found>) -> Result<HashMap<Key, Arc<World>>> {
+    let mut found = found;
+    let mut worlds = HashMap::new();
+    for about in &head.worlds {
+        let mut member = |member: &MemberHead| Member {
+            label: member.label.clone(),
+            scene: member.scene,
+            surfaces: match found.next() {
+                Some(Found::Scene(surfaces)) => surfaces,
+                Some(Found::Nothing(origin, why)) => {
+                    Arc::new(Stored { looks: Looks::default(), origin, why })
+                }
+                None => Arc::new(Stored::default()),
+            },
+            stack: in_worlds(&member.stack, &worlds),
+        };
+        let world = World::new(about.members.iter().map(&mut member).collect());
+        if world.key() != about.key {
+            return Err(Error::invalid(
+                "what a shader looks around at is not what it says that it is",
+            ));
+        }
+        worlds.insert(about.key, Arc::new(world));
+    }
+    Ok(worlds)
+}
+
+/// A stack whose shaders have their worlds.
+fn in_worlds(stack: &[Stage], worlds: &HashMap<Key, Arc<World>>) -> Vec<Stage> {
+    let stage = |stage: &Stage| match stage {
+        Stage::Shade(shading) => {
+            let world = shading.world().and_then(|world| worlds.get(&world.key()));
+            Stage::Shade(match world {
+                Some(world) => shading.with_world(world.clone()),
+                None => shading.clone(),
+            })
+        }
+        stage => stage.clone(),
+    };
+    stack.iter().map(stage).collect()
+}
+
 fn line_blocks(path: &Path, blocks: &[Block], all: Range<u32>) -> Result<Vec<Block>> {
     let mut lines: Vec<Block> = Vec::new();
     let mut next = all.start;

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::block::{Block, Kind};
-use super::faces::Faces;
 use super::head::{Head, SceneHead};
 use crate::error::{Error, Result};
 use crate::fragment::{Origin, Surfaces};
@@ -38,13 +37,17 @@ pub(super) enum Found {
     Nothing(Option<Origin>, String),
 }
 
-/// The surfaces of all sources, and what became of the scenes.
+/// A scene that somebody wants: its label, its place in the list, and the greatest number of a face that is
+/// named in it.
+pub(super) type Sought<'h> = (&'h str, Option<usize>, Option<u32>);
+
+/// The surfaces of all scenes that are sought, and what became of the scenes of the list.
 pub(super) fn find_surfaces(
     path: &Path,
     file: &mut File,
     blocks: &[Block],
     head: &Head,
-    tables: &[Faces],
+    sought: &[Sought<'_>],
     search: Search<'_>,
 ) -> Result<(Vec<Found>, Vec<SceneState>)> {
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -76,9 +79,9 @@ pub(super) fn find_surfaces(
     type Read = Result<Arc<SceneSurfaces>, String>;
     let mut known: Vec<((usize, &str), Read)> = Vec::new();
     let mut found = Vec::new();
-    for (source, faces) in head.sources.iter().zip(tables) {
-        let label = source.label.as_str();
-        let Some(at) = source.found_in else {
+    for (label, found_in, last) in sought {
+        let (label, last) = (*label, *last);
+        let Some(at) = *found_in else {
             let why = format!("\"{label}\" was written without its scene");
             found.push(Found::Nothing(None, why));
             continue;
@@ -103,7 +106,6 @@ pub(super) fn find_surfaces(
                 scene
             }
         };
-        let last = faces.looks.last();
         let scene =
             scene.and_then(|scene| match last.is_none_or(|n| n < scene.scene().part_count()) {
                 true => Ok(scene),

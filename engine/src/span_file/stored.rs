@@ -96,7 +96,7 @@ impl Looks {
 }
 
 /// The surfaces of a source whose scene is not there.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Stored {
     pub(super) looks: Looks,
     pub(super) origin: Option<Origin>,
@@ -143,10 +143,10 @@ impl Surfaces for Stored {
     }
 
     fn offers(&self, wanted: Columns) -> Result<()> {
-        if wanted.meets(Columns::NORMAL) {
+        if wanted.meets(Columns::NORMAL | Columns::WORLD) {
             let why = &self.why;
             return Err(Error::invalid(format!(
-                "normals are asked for (by lights, or as a channel), and {why}: its span file knows depth \
+                "normals are asked for (by lights, or as a channel), or what casts shadows, and {why}: its span file knows depth \
                  and colour only. Put the scene back (`ReadSpans` has a field for its folder), or write the \
                  file with `scenes: Embedded`, or lit, with `shaded: true`"
             )));

@@ -1,6 +1,7 @@
 //! Writing span files.
 
 use rayon::prelude::*;
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
@@ -13,7 +14,7 @@ use super::head::{Head, SceneHead};
 use super::lines::Encoder;
 use super::stored::{Look, looks, varies};
 use crate::error::{Error, Result};
-use crate::fragment::{Columns, Fragments};
+use crate::fragment::{Anywhere, Columns, Fragments, Origin, Surfaces};
 use crate::key::Key;
 use crate::output;
 use crate::raster::Rows;
@@ -104,31 +105,40 @@ impl<'w, W: Write> Writer<'w, W> {
         let mut head = Head::new(frame.view(), frame.plan(), &rows);
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut contents: BTreeMap<usize, Arc<[u8]>> = BTreeMap::new();
+        let scene = |surfaces: &dyn Surfaces| {
+            let origin = surfaces.origin().filter(|_| options.scenes != Scenes::Left)?;
+            let embeds = options.scenes == Scenes::Embedded || origin.contents.is_some();
+            Some((SceneHead::new(&origin, folder, embeds), origin))
+        };
+        let origins: RefCell<Vec<(SceneHead, Origin)>> = RefCell::default();
         for source in frame.sources() {
             if options.shaded {
                 source.surfaces.offers(source.reads())?;
                 head.add(&baked(source), None);
                 continue;
             }
-            let origin = source.surfaces.origin().filter(|_| options.scenes != Scenes::Left);
-            let scene = origin.as_ref().map(|origin| {
-                let embeds = options.scenes == Scenes::Embedded || origin.contents.is_some();
-                SceneHead::new(origin, folder, embeds)
-            });
-            head.add(source, scene);
-            let place = head.sources.last().and_then(|source| source.found_in);
-            if let (Some(origin), Some(place)) = (origin, place)
-                && head.scenes[place].embedded
-                && !contents.contains_key(&place)
-            {
-                contents.insert(place, bundle::pack(&origin)?);
-            }
-            if options.scenes == Scenes::Embedded && place.is_none() {
+            let found = scene(&*source.surfaces);
+            if options.scenes == Scenes::Embedded && found.is_none() {
                 let label = &source.label;
                 return Err(Error::invalid(format!(
                     "\"{label}\" comes from no scene file, so that there is nothing to embed: write it \
                      with `scenes: ByPath`"
                 )));
+            }
+            head.add(source, found.map(|(scene, _)| scene));
+            head.add_worlds(&source.stack, &|surfaces| {
+                let (found, origin) = scene(surfaces)?;
+                origins.borrow_mut().push((found.clone(), origin));
+                Some(found)
+            });
+            origins.borrow_mut().extend(scene(&*source.surfaces));
+        }
+        for (scene, origin) in origins.into_inner() {
+            let place = head.scenes.iter().position(|known| *known == scene);
+            if let Some(place) =
+                place.filter(|place| scene.embedded && !contents.contains_key(place))
+            {
+                contents.insert(place, bundle::pack(&origin)?);
             }
         }
         let mut writer = Writer {
@@ -221,7 +231,7 @@ fn looks_of(frame: &SpanImage, seen: &Seen, at: usize, places: &[u32], shaded: b
     }
     let object = |ordinal| source.surfaces.object(ordinal);
     if shaded {
-        source.shade(&mut fragments);
+        source.shade(&mut fragments, &Anywhere);
         fragments.unlit = vec![true; fragments.len()];
         let differs = |ordinal| !source.shades_alike(ordinal) || varies(&*source.surfaces, ordinal);
         looks(&fragments, differs, object)

@@ -2,27 +2,42 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::color::Color;
+use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::shade;
+use spandrel_engine::light::Lamp;
+use spandrel_engine::light::sky::Ambient;
+use spandrel_engine::shade::{self, Shadows};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::{LightSource, Lines};
+use spandrel_engine::values::{Lamps, Lines};
 use std::sync::Arc;
 
 /// Lights the surfaces of an image by any number of lights and a light that is everywhere. Flat faces
 /// have one intensity all over under parallel light, curved ones are smooth. Surfaces whose material is
-/// unlit stay as they are.
+/// unlit stay as they are. What casts shadows is every scene of the image, seen or not: light after a
+/// merge, and shadows fall across clusters.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Illuminate {
     /// The image.
     pub image: Link<SpanImage>,
     /// The lights.
-    pub lights: Vec<Link<LightSource>>,
+    pub lights: Vec<Link<Lamps>>,
     /// Light from above: what a white surface that faces straight up shows without any other light.
     pub ambient: Color,
     /// Light from below: what a white surface that faces straight down shows. Absent, the same as
     /// `ambient`, and every surface gets the same.
     pub ground: Option<Color>,
+    /// The exposure: the illuminance in lux under which a white surface shows 1. 1 for lights in units of
+    /// one's own; a room wants some hundred, daylight some ten thousand.
+    #[schemars(range(min = 1e-6, max = 1e9))]
+    pub white: f32,
+    /// How shadows are found: `None`; `Volumes`, exact for light from one place, by rays for other light;
+    /// `Rays(n)`, n rays to each light, spread over the pixel and the light.
+    pub shadows: Shadows,
+    /// With `Volumes`, rays to each light that is not in one place; and how finely such lights are seen in
+    /// gloss.
+    #[schemars(range(min = 1, max = 4096))]
+    pub samples: u32,
 }
 
 impl Default for Illuminate {
@@ -32,6 +47,9 @@ impl Default for Illuminate {
             lights: Vec::new(),
             ambient: Color::grey(0.1),
             ground: None,
+            white: 1.0,
+            shadows: Shadows::None,
+            samples: 16,
         }
     }
 }
@@ -42,6 +60,15 @@ impl Node for Illuminate {
     const GROUP: &'static str = "shade";
     const ALIASES: &'static [&'static str] = &["ReLight", "Lighting", "Shade"];
 
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        match self.shadows {
+            Shadows::Rays(n) if !(1..=4096).contains(&n) => {
+                Err(FieldError::new("shadows", format!("Rays({n}): must be 1 to 4096")))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         self.lights.iter().for_each(|light| upstream.ask(light, ()));
@@ -49,11 +76,35 @@ impl Node for Illuminate {
     }
 
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let image = inputs.get(&self.image);
+        let mut lamps = Vec::new();
+        for link in &self.lights {
+            for lamp in &inputs.get(link).0 {
+                let name = match lamp.name.as_str() {
+                    "" => link.target().to_owned(),
+                    name => format!("{}.{name}", link.target()),
+                };
+                lamps.push(lamp.named(name));
+            }
+        }
+        let ambient = Ambient { above: self.ambient, below: self.ground.unwrap_or(self.ambient) };
+        lamps.push(Lamp::new("ambient", true, Color::grey(self.white), Arc::new(ambient)));
         let shader = shade::Illuminate {
-            lights: self.lights.iter().map(|light| inputs.get(light).0.clone()).collect(),
-            sky: self.ambient,
-            ground: self.ground.unwrap_or(self.ambient),
+            lamps,
+            white: self.white,
+            shadows: self.shadows,
+            samples: self.samples,
         };
-        inputs.get(&self.image).shaded(Arc::new(shader))
+        let lit = image.shaded(Arc::new(shader))?;
+        if self.shadows != Shadows::None {
+            lit.check_worlds()?;
+            for source in image.sources().iter().filter(|source| !source.surfaces.casts()) {
+                inputs.warn(&format!(
+                    "\"{}\" casts no shadows: its renderer does not say where its surfaces are",
+                    source.label
+                ));
+            }
+        }
+        Ok(lit)
     }
 }

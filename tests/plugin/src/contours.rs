@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::color::Color;
-use spandrel_engine::fragment::{Columns, Fragments, Shader};
+use spandrel_engine::fragment::{Around, Columns, Fragments, Shader};
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
@@ -55,7 +55,7 @@ impl Shader for Contours {
         Columns::COLOR | Columns::POSITION
     }
 
-    fn shade(&self, fragments: &mut Fragments<'_>) {
+    fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
         for (color, position) in fragments.color.iter_mut().zip(&fragments.position) {
             let phase = (position.y / self.interval).rem_euclid(1.0);
             if phase < self.width {

@@ -18,6 +18,7 @@ use super::{Names, Reader};
 use crate::camera::Camera;
 use crate::color::Color;
 use crate::error::{Error, Result};
+use crate::fragment::{Finish, Gloss};
 
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let (file, blob) = parse::parse(reader, bytes)?;
@@ -117,6 +118,14 @@ impl Builder<'_> {
                 ::gltf::material::AlphaMode::Blend => AlphaMode::Blend,
             },
             unlit: material.unlit(),
+            finish: Finish {
+                gloss: Gloss::Microfacets {
+                    reflectance: 0.04,
+                    roughness: pbr.roughness_factor().clamp(0.0, 1.0),
+                    metal: pbr.metallic_factor().clamp(0.0, 1.0),
+                },
+                ..Finish::default()
+            },
             one_sided: !material.double_sided(),
             maps,
         }

@@ -1,0 +1,189 @@
+//! Shading stacks: what was done to the faces of a scene since they were rendered.
+
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+use super::world::World;
+use super::{Around, Batch, Columns, Fragments, Shader, Surfaces};
+use crate::camera::Plane;
+use crate::key::{Key, KeyHasher};
+
+/// An entry of a stack.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Stage {
+    /// A program runs over its fragments.
+    Shade(Shading),
+    /// Its faces are moved on the screen or in depth.
+    Place(Placement),
+    /// Something with this key was done to it before its colours were stored: nothing is left to do. The
+    /// least key stands at the end of what was stored.
+    Kept(Key),
+}
+
+impl Stage {
+    /// What it is; what was stored keeps its place among sources.
+    pub fn key(&self) -> Key {
+        match self {
+            Stage::Shade(shading) => shading.key,
+            Stage::Kept(key) => *key,
+            stage @ Stage::Place(_) => Key::of(stage),
+        }
+    }
+}
+
+/// A shader where it stands in a stack.
+#[derive(Clone, Debug)]
+pub struct Shading {
+    shader: Arc<dyn Shader>,
+    /// What was there to be seen from its surfaces, if it wants to know.
+    world: Option<Arc<World>>,
+    key: Key,
+}
+
+impl Shading {
+    /// A shader that is applied to sources; `world` is what it sees of them if it looks around.
+    pub fn new(shader: Arc<dyn Shader>, world: impl FnOnce() -> Arc<World>) -> Shading {
+        let world = shader.reads().contains(Columns::WORLD).then(world);
+        let key = Shading::key(&*shader, world.as_deref());
+        Shading { shader, world, key }
+    }
+
+    fn key(shader: &dyn Shader, world: Option<&World>) -> Key {
+        let mut key = KeyHasher::new("shading");
+        key.value(shader);
+        world.into_iter().for_each(|world| {
+            key.key(world.key());
+        });
+        key.finish()
+    }
+
+    /// The shader.
+    pub fn shader(&self) -> &Arc<dyn Shader> {
+        &self.shader
+    }
+
+    /// What is around it.
+    pub fn world(&self) -> Option<&Arc<World>> {
+        self.world.as_ref()
+    }
+
+    /// The same shader with a world of the same key, which has what this one lacks.
+    #[must_use]
+    pub fn with_world(&self, world: Arc<World>) -> Shading {
+        Shading { world: Some(world), ..self.clone() }
+    }
+}
+
+/// How it is saved: of the world only the key, as many share one.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    shader: Arc<dyn Shader>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    world: Option<Key>,
+}
+
+impl Serialize for Shading {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let world = self.world.as_ref().map(|world| world.key());
+        Saved { shader: self.shader.clone(), world }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Shading {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Shading, D::Error> {
+        let Saved { shader, world } = Saved::deserialize(deserializer)?;
+        let world = world.map(|key| Arc::new(World::missing(key)));
+        let key = Shading::key(&*shader, world.as_deref());
+        Ok(Shading { shader, world, key })
+    }
+}
+
+/// A move of faces: what is seen at (x, y, rho) is seen after it at
+/// (x + `x`, y + `y`, rho * `scale` + `offset`).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Placement {
+    /// To the right, in pixels.
+    pub x: f64,
+    /// Down, in pixels.
+    pub y: f64,
+    /// Factor of the depth.
+    pub scale: f64,
+    /// What is added to the depth, after that.
+    pub offset: f64,
+}
+
+impl Placement {
+    /// The plane of a moved face.
+    pub fn plane(&self, plane: &Plane) -> Plane {
+        let Plane { a, b, c } = *plane;
+        let (a, b, c) = (a * self.scale, b * self.scale, c * self.scale + self.offset);
+        Plane { a, b, c: c - a * self.x - b * self.y }
+    }
+
+    /// Takes fragments back to where they were before.
+    fn undo(&self, fragments: &mut Fragments<'_>) {
+        fragments.x.iter_mut().for_each(|x| *x -= self.x);
+        fragments.y.iter_mut().for_each(|y| *y -= self.y);
+        let before = |depth: f64| (depth - self.offset) / self.scale;
+        fragments.depth.iter_mut().for_each(|depth| *depth = before(*depth));
+    }
+}
+
+/// The columns that a whole stack reads, and the colour that it changes.
+pub fn reads(stack: &[Stage]) -> Columns {
+    let shaders = stack.iter().filter_map(|stage| match stage {
+        Stage::Shade(shading) => Some(shading.shader.reads()),
+        Stage::Place(_) | Stage::Kept(_) => None,
+    });
+    shaders.fold(Columns::COLOR, |all, reads| all | reads)
+}
+
+/// Whether a stack moves its faces.
+pub fn moves(stack: &[Stage]) -> bool {
+    stack.iter().any(|stage| matches!(stage, Stage::Place(_)))
+}
+
+/// Takes fragments to where they were rendered, and fills columns there. Returns where they were after
+/// every move, the last first.
+pub fn fill_at_start(
+    stack: &[Stage],
+    surfaces: &dyn Surfaces,
+    wanted: Columns,
+    fragments: &mut Fragments<'_>,
+) -> Vec<[Vec<f64>; 3]> {
+    let mut places = Vec::new();
+    for stage in stack.iter().rev() {
+        if let Stage::Place(placement) = stage {
+            places.push([&fragments.x, &fragments.y, &fragments.depth].map(Vec::clone));
+            placement.undo(fragments);
+        }
+    }
+    fragments.fill(wanted, surfaces);
+    places
+}
+
+/// Runs a stack over fragments whose columns are filled, and takes them to `places`, the last first.
+/// `own` is the place of their scene's name and key.
+pub fn run(
+    stack: &[Stage],
+    own: (&str, Key),
+    mut places: Vec<[Vec<f64>; 3]>,
+    batch: &dyn Batch,
+    fragments: &mut Fragments<'_>,
+) {
+    for (at, stage) in stack.iter().enumerate() {
+        match stage {
+            Stage::Shade(shading) => {
+                let around =
+                    Around { world: shading.world.as_deref(), own, rest: &stack[at..], batch };
+                shading.shader.shade(fragments, &around);
+            }
+            Stage::Place(_) => {
+                if let Some(place) = places.pop() {
+                    fragments.go_to(place);
+                }
+            }
+            Stage::Kept(_) => {}
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What is around a surface: everything that was in the image when a shader was applied to it, seen or
+//! not. Shadows fall from it, rays meet it.
+
+use std::sync::Arc;
+
+use super::stack::Stage;
+use super::{Columns, Surfaces};
+use crate::error::{Error, Result};
+use crate::key::{Key, KeyHasher};
+use crate::trace::Casters;
+
+/// A source as a world holds it: a scene under a stack.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// The scene's name.
+    pub label: String,
+    /// The scene's contents.
+    pub scene: Key,
+    /// What is known of its surfaces.
+    pub surfaces: Arc<dyn Surfaces>,
+    /// What was done to it before.
+    pub stack: Vec<Stage>,
+}
+
+/// All sources of an image, for what looks around in it. Its key stands for its contents.
+#[derive(Debug)]
+pub struct World {
+    key: Key,
+    members: Vec<Member>,
+    /// The places of members whose geometry no earlier one has.
+    distinct: Vec<usize>,
+    is_missing: bool,
+}
+
+impl World {
+    /// A world of sources.
+    pub fn new(members: Vec<Member>) -> World {
+        let mut key = KeyHasher::new("world");
+        for member in &members {
+            key.bytes(member.label.as_bytes()).key(member.scene);
+            member.stack.iter().for_each(|stage| {
+                key.key(stage.key());
+            });
+        }
+        let same = |a: &Member, b: &Member| a.scene == b.scene && a.label == b.label;
+        let is_new = |at: &usize| !members[..*at].iter().any(|known| same(known, &members[*at]));
+        let distinct = (0..members.len()).filter(is_new).collect();
+        World { key: key.finish(), members, distinct, is_missing: false }
+    }
+
+    /// A world of which only the key is known.
+    pub(super) fn missing(key: Key) -> World {
+        World { key, members: Vec::new(), distinct: Vec::new(), is_missing: true }
+    }
+
+    /// What it is.
+    pub fn key(&self) -> Key {
+        self.key
+    }
+
+    /// The sources.
+    pub fn members(&self) -> &[Member] {
+        &self.members
+    }
+
+    /// The sources that cast shadows, each scene once, with their places among the members.
+    pub fn casters(&self) -> impl Iterator<Item = (usize, &Casters)> {
+        self.distinct
+            .iter()
+            .filter_map(|at| self.members[*at].surfaces.casters().map(|casters| (*at, casters)))
+    }
+
+    /// The place of a scene among the members.
+    pub fn place(&self, (label, scene): (&str, Key)) -> Option<usize> {
+        self.members.iter().position(|member| member.label == label && member.scene == scene)
+    }
+
+    /// Whether all of it is there.
+    ///
+    /// # Errors
+    /// If the scene of a member is not there, or was moved on the screen, so that it has no place in the
+    /// world any more.
+    pub fn check(&self) -> Result<()> {
+        if self.is_missing {
+            return Err(Error::invalid(
+                "what cast shadows when this was lit is not in the file of spans: light it again",
+            ));
+        }
+        for member in &self.members {
+            if super::stack::moves(&member.stack) {
+                return Err(Error::invalid(format!(
+                    "\"{}\" was moved on the screen after it was rendered and has no place in the world \
+                     from which to cast shadows: light it before it is moved, or with `shadows: None`",
+                    member.label
+                )));
+            }
+            member.surfaces.offers(Columns::WORLD)?;
+        }
+        Ok(())
+    }
+}

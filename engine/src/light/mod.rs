@@ -1,0 +1,118 @@
+//! Light sources: what they send where, without anything in the way.
+//!
+//! A [`Light`] is of unit strength and white: its strength, colour and switch stand beside it in a
+//! [`Lamp`], so that what is computed of it stays true when it is dimmed, coloured or switched. Where a
+//! closed form is known, [`Light::irradiance`] is it; [`Light::sample`] gives the same light in parts, each
+//! from one place, for shadows and gloss.
+//!
+//! Strengths are photometric: parallel light in lux, points in candela, lines in candela per metre,
+//! surfaces in candela per square metre, skies in the lux that they give to an open horizontal plane.
+//!
+//! | source | without shadows |
+//! |---|---|
+//! | [`ParallelLight`](list::ParallelLight), [`SunLight`](list::SunLight) | the cosine |
+//! | [`PointLight`](list::PointLight), [`SpotLight`](list::SpotLight) | cosine over distance squared, times the lamp's [distribution](photometry) |
+//! | [`LinearLight`](list::LinearLight) | closed form along the segment |
+//! | [`AreaLight`](list::AreaLight), [`PolyhedralLight`](list::PolyhedralLight) | Lambert's formula, cut at the horizon |
+//! | [`SkyLight`](list::SkyLight) | closed form if uniform, else a table over normals |
+//! | [`AmbientLight`](list::AmbientLight) | two half-spaces |
+
+pub mod line;
+pub mod list;
+pub mod photometry;
+pub mod point;
+pub mod polygon;
+pub mod sky;
+pub mod sun;
+pub mod tint;
+
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+use std::fmt::Debug;
+use std::sync::{Arc, OnceLock};
+
+use crate::color::Color;
+use crate::key::Key;
+use crate::trace::Toward;
+
+/// A point of a surface that receives light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    /// Where it is, in metres.
+    pub position: DVec3,
+    /// The unit normal on the side that is lit.
+    pub normal: DVec3,
+}
+
+/// Part of a source's light, from one place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Where it comes from.
+    pub toward: Toward,
+    /// The irradiance that the whole source would give if all of it were as this part: the mean over all
+    /// samples is the source's.
+    pub irradiance: Color,
+}
+
+/// A source of unit strength. It is what it is saved as, like a
+/// [`Shader`](crate::fragment::Shader).
+#[typetag::serde]
+pub trait Light: Send + Sync + Debug {
+    /// The one place that all light comes from, if it does: its shadows are sharp.
+    fn toward(&self) -> Option<Toward>;
+
+    /// Whether nothing can stand in its way.
+    fn is_everywhere(&self) -> bool {
+        false
+    }
+
+    /// Whether its samples are enough for gloss to mirror it. A sky is mirrored by rays.
+    fn shines(&self) -> bool {
+        true
+    }
+
+    /// The irradiance of a receiver with nothing in the way, in lux.
+    fn irradiance(&self, at: &Receiver) -> Color;
+
+    /// A part of the source, chosen by two numbers in [0, 1).
+    fn sample(&self, at: &Receiver, choice: DVec2) -> Sample;
+}
+
+/// A light with its name, strength and switch.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Lamp {
+    /// What it is called: the name of its layer.
+    pub name: String,
+    /// Whether it is on.
+    pub on: bool,
+    /// What its unit light is multiplied by.
+    pub strength: Color,
+    /// The light.
+    pub light: Arc<dyn Light>,
+    #[serde(skip)]
+    key: OnceLock<Key>,
+}
+
+impl Lamp {
+    /// A lamp. One that is off has no strength, so that all of them are alike.
+    pub fn new(name: impl Into<String>, on: bool, strength: Color, light: Arc<dyn Light>) -> Lamp {
+        let strength = if on { strength } else { Color::BLACK };
+        Lamp { name: name.into(), on, strength, light, key: OnceLock::new() }
+    }
+
+    /// The same lamp under another name.
+    #[must_use]
+    pub fn named(&self, name: impl Into<String>) -> Lamp {
+        Lamp { name: name.into(), ..self.clone() }
+    }
+
+    /// What its light is, whatever its strength.
+    pub fn key(&self) -> Key {
+        *self.key.get_or_init(|| Key::of(&*self.light))
+    }
+
+    /// Whether it gives any light.
+    pub fn shines(&self) -> bool {
+        self.on && self.strength != Color::BLACK
+    }
+}

@@ -1,0 +1,220 @@
+//! Light from surfaces: planar polygons with holes, and closed bodies.
+
+use earcut::{Earcut, utils3d::project3d_to_2d};
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
+
+use super::{Light, Receiver, Sample};
+use crate::color::Color;
+use crate::error::{Error, Result};
+use crate::math;
+use crate::trace::Toward;
+
+/// Planar polygons of 1 cd/m2, diffuse: Lambert's law (\[N], "area sources" and "polyhedral sources").
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Surface {
+    polygons: Vec<Polygon>,
+    /// Whether they shine to both sides.
+    two_sided: bool,
+    #[serde(skip)]
+    triangles: OnceLock<Triangles>,
+}
+
+/// A planar polygon with holes.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Polygon {
+    /// Its corners, counter-clockwise seen from the front, in metres.
+    pub outline: Vec<DVec3>,
+    /// Its holes, either way round.
+    #[serde(default)]
+    pub holes: Vec<Vec<DVec3>>,
+}
+
+/// The surface in parts of known area.
+#[derive(Clone, Debug, Default)]
+struct Triangles {
+    corners: Vec<[DVec3; 3]>,
+    /// Twice the areas of a triangle and all before it.
+    sums: Vec<f64>,
+}
+
+impl Polygon {
+    /// Twice the area, as a vector to the front, without holes.
+    fn area_vector(ring: &[DVec3]) -> DVec3 {
+        let Some(origin) = ring.first() else { return DVec3::ZERO };
+        let pairs = ring.windows(2);
+        pairs.map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum()
+    }
+
+    fn normal(&self) -> DVec3 {
+        Polygon::area_vector(&self.outline).normalize_or_zero()
+    }
+
+    /// The outline and the holes, with whether each runs counter-clockwise.
+    fn rings(&self) -> impl Iterator<Item = (&[DVec3], f64)> {
+        let normal = self.normal();
+        let holes = self.holes.iter().map(move |hole| {
+            let turns = Polygon::area_vector(hole).dot(normal);
+            (&hole[..], if turns > 0.0 { -1.0 } else { 1.0 })
+        });
+        std::iter::once((&self.outline[..], 1.0)).chain(holes)
+    }
+
+    fn triangles(&self) -> Vec<[DVec3; 3]> {
+        let mut points = self.outline.clone();
+        let mut holes = Vec::new();
+        for hole in &self.holes {
+            holes.push(points.len() as u32);
+            points.extend(hole);
+        }
+        let origin = points[0];
+        let relative: Vec<[f64; 3]> = points.iter().map(|p| (*p - origin).to_array()).collect();
+        let (mut flat, mut indices): (Vec<[f64; 2]>, Vec<u32>) = (Vec::new(), Vec::new());
+        if project3d_to_2d(&relative, self.outline.len(), &mut flat) {
+            Earcut::new().earcut(flat.iter().copied(), &holes, &mut indices);
+        }
+        let normal = self.normal();
+        let corner = |i: u32| points[i as usize];
+        let triangle = |t: &[u32]| {
+            let [a, b, c] = [t[0], t[1], t[2]].map(corner);
+            if (b - a).cross(c - a).dot(normal) < 0.0 { [a, c, b] } else { [a, b, c] }
+        };
+        indices.chunks_exact(3).map(triangle).collect()
+    }
+}
+
+impl Surface {
+    /// A source of polygons.
+    ///
+    /// # Errors
+    /// If a polygon has fewer than three corners, no area, a corner that is not finite or lies off its
+    /// plane.
+    pub fn new(polygons: Vec<Polygon>, two_sided: bool) -> Result<Surface> {
+        for (at, polygon) in polygons.iter().enumerate() {
+            let which = if polygons.len() == 1 { String::new() } else { format!("face {at}: ") };
+            let rings = || std::iter::once(&polygon.outline).chain(&polygon.holes);
+            if rings().any(|ring| ring.len() < 3) {
+                return Err(Error::invalid(format!("{which}an outline has fewer than 3 corners")));
+            }
+            if !rings().flatten().all(|p| p.is_finite()) {
+                return Err(Error::invalid(format!("{which}a corner is not finite")));
+            }
+            let area = Polygon::area_vector(&polygon.outline);
+            let low = polygon.outline.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+            let high = polygon.outline.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+            let reach = (high - low).length();
+            if area.is_nan() || area.length() <= 1e-12 * reach * reach {
+                return Err(Error::invalid(format!("{which}the outline has no area")));
+            }
+            let (normal, origin) = (area.normalize(), polygon.outline[0]);
+            let off = rings().flatten().map(|p| (*p - origin).dot(normal).abs());
+            if off.fold(0.0, f64::max) > 1e-3 * reach {
+                return Err(Error::invalid(format!("{which}the corners are not in one plane")));
+            }
+        }
+        if polygons.is_empty() {
+            return Err(Error::invalid("it has no faces"));
+        }
+        Ok(Surface { polygons, two_sided, triangles: OnceLock::new() })
+    }
+
+    /// The polygons.
+    pub fn polygons(&self) -> &[Polygon] {
+        &self.polygons
+    }
+
+    /// Whether they shine to both sides.
+    pub fn is_two_sided(&self) -> bool {
+        self.two_sided
+    }
+
+    /// All of it in triangles that face the front.
+    fn triangles(&self) -> &Triangles {
+        self.triangles.get_or_init(|| {
+            let mut all = Triangles::default();
+            let mut sum = 0.0;
+            for [a, b, c] in self.polygons.iter().flat_map(Polygon::triangles) {
+                sum += (b - a).cross(c - a).length();
+                all.corners.push([a, b, c]);
+                all.sums.push(sum);
+            }
+            all
+        })
+    }
+}
+
+/// The irradiance that a ring of unit luminance gives, signed by the way round that it is seen (Lambert
+/// 1760): half the sum over its edges of the angle that the edge takes, times the cosine between the
+/// receiver's normal and that of the edge's plane through the receiver.
+fn ring(ring: &[DVec3], at: &Receiver) -> f64 {
+    let height = |p: DVec3| at.normal.dot(p);
+    let mut above: Vec<DVec3> = Vec::with_capacity(ring.len() + 2);
+    let relative = |p: &DVec3| *p - at.position;
+    let Some(mut last) = ring.last().map(relative) else { return 0.0 };
+    for point in ring.iter().map(relative) {
+        let (from, to) = (height(last), height(point));
+        if (from > 0.0) != (to > 0.0) {
+            above.push(last + (point - last) * (from / (from - to)));
+        }
+        if to > 0.0 {
+            above.push(point);
+        }
+        last = point;
+    }
+    let Some(mut last) = above.last().copied() else { return 0.0 };
+    let mut sum = 0.0;
+    for point in above {
+        let across = last.cross(point);
+        let sine = across.length();
+        if sine > 0.0 {
+            sum += math::atan2(sine, last.dot(point)) * at.normal.dot(across) / sine;
+        }
+        last = point;
+    }
+    sum / 2.0
+}
+
+#[typetag::serde(name = "Surface")]
+impl Light for Surface {
+    fn toward(&self) -> Option<Toward> {
+        None
+    }
+
+    fn irradiance(&self, at: &Receiver) -> Color {
+        let lux = self.polygons.iter().map(|polygon| {
+            let front = (at.position - polygon.outline[0]).dot(polygon.normal());
+            if front == 0.0 || (front < 0.0 && !self.two_sided) {
+                return 0.0;
+            }
+            // Seen from the front, an outline runs counter-clockwise: against the receiver's sense.
+            let rings = polygon.rings().map(|(points, sign)| sign * ring(points, at));
+            (-rings.sum::<f64>() * front.signum()).max(0.0)
+        });
+        Color::grey(lux.sum::<f64>() as f32)
+    }
+
+    fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
+        let Triangles { corners, sums } = self.triangles();
+        let total = sums.last().copied().unwrap_or(0.0);
+        let wanted = choice.x * total;
+        let which = sums.partition_point(|sum| *sum <= wanted).min(sums.len().saturating_sub(1));
+        let Some([a, b, c]) = corners.get(which).copied() else {
+            let toward = Toward::Point(at.position);
+            return Sample { toward, irradiance: Color::BLACK };
+        };
+        let before = if which == 0 { 0.0 } else { sums[which - 1] };
+        // The place within the triangle: the rest of one number, and the other.
+        let s = ((wanted - before) / (sums[which] - before)).clamp(0.0, 1.0).sqrt();
+        let point = a + (b - a) * (s * (1.0 - choice.y)) + (c - a) * (s * choice.y);
+        let way = point - at.position;
+        let distance = way.length();
+        let direction = way / distance;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let leaves = -normal.dot(direction);
+        let leaves = if self.two_sided { leaves.abs() } else { leaves.max(0.0) };
+        let lux = total / 2.0 * leaves * at.normal.dot(direction).max(0.0) / distance / distance;
+        let lux = if lux.is_finite() { lux as f32 } else { 0.0 };
+        Sample { toward: Toward::Point(point), irradiance: Color::grey(lux) }
+    }
+}

@@ -1,0 +1,324 @@
+//! Light from the sky: the hemisphere (\[N], "skylight"), and the ground below it; and light that is
+//! everywhere.
+
+use glam::{DVec2, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::sync::OnceLock;
+
+use super::{Light, Receiver, Sample};
+use crate::color::Color;
+use crate::error::{Error, Result};
+use crate::math;
+use crate::trace::Toward;
+
+/// Rows and columns of equal solid angle into which the dome is divided to be summed.
+const ROWS: usize = 48;
+const COLUMNS: usize = 192;
+
+/// The side of the table of irradiance over normals; odd, so that it has the axes' own.
+const SIDE: usize = 65;
+
+/// How the luminance of the sky is spread.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum SkyModel {
+    /// Equal all over.
+    Uniform,
+    /// CIE overcast (Moon and Spencer): three times as bright at the zenith as at the horizon.
+    #[default]
+    Overcast,
+    /// CIE intermediate (Nakamura): a hazy sun.
+    Intermediate,
+    /// CIE clear (Kittler): bright around the sun and at the horizon. Type 12 of the general sky.
+    Clear,
+    /// The CIE general sky's types, 1 to 15 (ISO 15469).
+    General(u32),
+    /// From clear, 0, to overcast, 1: the mixture of both.
+    Blend(f64),
+}
+
+/// The sky over an open plane, which receives 1 lux of it, and the ground.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Sky {
+    model: SkyModel,
+    /// The unit vector to the sun.
+    sun: DVec3,
+    /// The share of the light that the ground sends back to what faces it.
+    ground: f64,
+    #[serde(skip)]
+    tables: OnceLock<Tables>,
+}
+
+#[derive(Clone, Debug)]
+struct Tables {
+    /// The model's luminances are relative: the factor that makes 1 lux of them.
+    scale: f64,
+    /// What an open plane receives of the clear sky, in the model's units.
+    clear: f64,
+    /// By normal, the irradiance with nothing in the way, if it is not in closed form.
+    irradiance: Vec<f32>,
+}
+
+impl Sky {
+    /// A sky with the sun in a direction, a unit vector, and a ground that reflects a share of it.
+    ///
+    /// # Errors
+    /// If the model's number or the reflectance is out of range, or the model needs a sun and it is below
+    /// the horizon.
+    pub fn new(model: SkyModel, sun: DVec3, ground: f64) -> Result<Sky> {
+        match model {
+            SkyModel::General(kind) if !(1..=15).contains(&kind) => {
+                return Err(Error::invalid(format!(
+                    "the CIE general sky has the types 1 to 15, not {kind}"
+                )));
+            }
+            SkyModel::Blend(share) if !(0.0..=1.0).contains(&share) => {
+                return Err(Error::invalid(format!(
+                    "a sky between clear (0) and overcast (1), not {share}"
+                )));
+            }
+            _ => {}
+        }
+        let Some(sun) = sun.try_normalize() else {
+            return Err(Error::invalid("the direction of the sun must have a length"));
+        };
+        let needs_sun = !matches!(model, SkyModel::Uniform | SkyModel::Overcast);
+        if needs_sun && sun.y < 0.0 {
+            return Err(Error::invalid(
+                "the sun is below the horizon: of the night, only the Uniform and Overcast skies are known",
+            ));
+        }
+        if !(0.0..=1.0).contains(&ground) {
+            return Err(Error::invalid(format!(
+                "a ground reflectance of {ground}: must be 0 to 1"
+            )));
+        }
+        Ok(Sky { model, sun, ground, tables: OnceLock::new() })
+    }
+
+    /// The luminance in a direction, a unit vector, in cd/m2.
+    pub fn luminance(&self, direction: DVec3) -> f64 {
+        if direction.y < 0.0 {
+            return self.ground / PI;
+        }
+        let tables = self.tables();
+        relative(self.model, direction, self.sun, tables.clear) * tables.scale
+    }
+
+    fn is_uniform(&self) -> bool {
+        self.model == SkyModel::Uniform
+    }
+
+    fn tables(&self) -> &Tables {
+        self.tables.get_or_init(|| {
+            let cells = ROWS * COLUMNS;
+            let solid = TAU / cells as f64;
+            let clear = horizontal_of_clear(math::acos(self.sun.y.clamp(-1.0, 1.0)));
+            // Four points of each cell.
+            let mut horizontal = 0.0;
+            let mut upper = vec![0.0; cells];
+            for (i, cell) in upper.iter_mut().enumerate() {
+                for part in 0..4 {
+                    let within = DVec2::new(f64::from(part % 2), f64::from(part / 2)) / 2.0 + 0.25;
+                    let direction = place(i, within);
+                    let light = relative(self.model, direction, self.sun, clear) * solid / 4.0;
+                    horizontal += light * direction.y;
+                    *cell += light;
+                }
+            }
+            let scale = 1.0 / horizontal;
+            let irradiance = if self.is_uniform() {
+                Vec::new()
+            } else {
+                let dome: Vec<(DVec3, f64)> =
+                    (0..cells).map(|i| (place(i, DVec2::splat(0.5)), upper[i] * scale)).collect();
+                (0..SIDE * SIDE)
+                    .map(|i| {
+                        let at = |i: usize| i as f64 / (SIDE - 1) as f64 * 2.0 - 1.0;
+                        let normal = unfold(DVec2::new(at(i % SIDE), at(i / SIDE)));
+                        let received = dome.iter().map(|(d, l)| d.dot(normal).max(0.0) * l);
+                        received.sum::<f64>() as f32
+                    })
+                    .collect()
+            };
+            Tables { scale, clear, irradiance }
+        })
+    }
+}
+
+/// A direction of a cell; rows of equal height are of equal solid angle.
+fn place(at: usize, within: DVec2) -> DVec3 {
+    let y = ((at / COLUMNS) as f64 + within.y) / ROWS as f64;
+    let round = ((at % COLUMNS) as f64 + within.x) / COLUMNS as f64 * TAU;
+    let r = (1.0 - y * y).max(0.0).sqrt();
+    DVec3::new(r * math::cos(round), y, r * math::sin(round))
+}
+
+/// The unit vector at a place of the square of octahedral coordinates, in [-1, 1].
+fn unfold(p: DVec2) -> DVec3 {
+    let y = 1.0 - p.x.abs() - p.y.abs();
+    let fold = (-y).max(0.0);
+    let away = |v: f64| if v >= 0.0 { v - fold } else { v + fold };
+    DVec3::new(away(p.x), y, away(p.y)).normalize_or_zero()
+}
+
+/// The place of a unit vector in the square.
+fn fold(n: DVec3) -> DVec2 {
+    let sum = n.x.abs() + n.y.abs() + n.z.abs();
+    let p = DVec2::new(n.x, n.z) / sum;
+    if n.y >= 0.0 {
+        return p;
+    }
+    let over = DVec2::ONE - DVec2::new(p.y, p.x).abs();
+    DVec2::new(over.x.copysign(p.x), over.y.copysign(p.y))
+}
+
+/// The luminance of a model above the horizon, in its own units.
+fn relative(model: SkyModel, direction: DVec3, sun: DVec3, clear: f64) -> f64 {
+    let up = direction.y.max(0.0);
+    let from_sun = math::acos(direction.dot(sun).clamp(-1.0, 1.0));
+    let sun_zenith = math::acos(sun.y.clamp(-1.0, 1.0));
+    match model {
+        SkyModel::Uniform => 1.0,
+        SkyModel::Overcast => (1.0 + 2.0 * up) / 3.0,
+        SkyModel::Clear => general(12, up, from_sun, sun_zenith),
+        SkyModel::General(kind) => general(kind, up, from_sun, sun_zenith),
+        SkyModel::Intermediate => {
+            let (altitude, sun_altitude) = (FRAC_PI_2 - math::acos(up), FRAC_PI_2 - sun_zenith);
+            let gradation = (1.35 * math::sin(3.59 * altitude - 0.009) + 2.31)
+                * math::sin(2.60 * sun_altitude + 0.316)
+                + altitude
+                + 4.799;
+            let haze = 0.563 * ((sun_altitude - 0.008) * (altitude + 1.059) + 0.812);
+            gradation / 2.326 * math::exp(-from_sun * haze)
+        }
+        SkyModel::Blend(share) => {
+            // Both as they are over an open plane, so that the share is one of light.
+            let bright = general(12, up, from_sun, sun_zenith) / clear;
+            let dull = (1.0 + 2.0 * up) / 3.0 / (7.0 * PI / 9.0);
+            bright + (dull - bright) * share
+        }
+    }
+}
+
+/// What an open plane receives of the clear sky's relative luminance.
+fn horizontal_of_clear(sun_zenith: f64) -> f64 {
+    let sun = DVec3::new(math::sin(sun_zenith), math::cos(sun_zenith), 0.0);
+    let cells = 24 * 48;
+    let sum = (0..cells).map(|i| {
+        let y = (f64::from(i / 48) + 0.5) / 24.0;
+        let round = (f64::from(i % 48) + 0.5) / 48.0 * TAU;
+        let r = (1.0 - y * y).sqrt();
+        let d = DVec3::new(r * math::cos(round), y, r * math::sin(round));
+        general(12, y, math::acos(d.dot(sun).clamp(-1.0, 1.0)), sun_zenith) * y
+    });
+    sum.sum::<f64>() * TAU / f64::from(cells)
+}
+
+/// The CIE general sky: gradation from horizon to zenith, and the indicatrix around the sun.
+fn general(kind: u32, up: f64, from_sun: f64, sun_zenith: f64) -> f64 {
+    const GRADATION: [(f64, f64); 6] =
+        [(4.0, -0.70), (1.1, -0.8), (0.0, -1.0), (-1.0, -0.55), (-1.0, -0.32), (-1.0, -0.15)];
+    const INDICATRIX: [(f64, f64, f64); 6] = [
+        (0.0, -1.0, 0.0),
+        (2.0, -1.5, 0.15),
+        (5.0, -2.5, 0.30),
+        (10.0, -3.0, 0.45),
+        (16.0, -3.0, 0.30),
+        (24.0, -2.8, 0.15),
+    ];
+    // ISO 15469, table 1: which gradation and which indicatrix.
+    const TYPES: [(usize, usize); 15] = [
+        (0, 0),
+        (0, 1),
+        (1, 0),
+        (1, 1),
+        (2, 0),
+        (2, 1),
+        (2, 2),
+        (2, 3),
+        (3, 1),
+        (3, 2),
+        (3, 3),
+        (4, 3),
+        (4, 4),
+        (5, 4),
+        (5, 5),
+    ];
+    let (gradation, indicatrix) = TYPES[(kind.clamp(1, 15) - 1) as usize];
+    let (a, b) = GRADATION[gradation];
+    let (c, d, e) = INDICATRIX[indicatrix];
+    let phi = |up: f64| if up > 0.0 { 1.0 + a * math::exp(b / up) } else { 1.0 };
+    let f = |angle: f64| {
+        let cosine = math::cos(angle);
+        1.0 + c * (math::exp(d * angle) - math::exp(d * FRAC_PI_2)) + e * cosine * cosine
+    };
+    f(from_sun) * phi(up) / (f(sun_zenith) * phi(1.0))
+}
+
+#[typetag::serde(name = "Sky")]
+impl Light for Sky {
+    fn toward(&self) -> Option<Toward> {
+        None
+    }
+
+    fn irradiance(&self, at: &Receiver) -> Color {
+        let up = at.normal.y.clamp(-1.0, 1.0);
+        let below = self.ground * (1.0 - up) / 2.0;
+        let above = if self.is_uniform() {
+            (1.0 + up) / 2.0
+        } else {
+            let table = &self.tables().irradiance;
+            let p = (fold(at.normal) + 1.0) / 2.0 * (SIDE - 1) as f64;
+            let (x, y) = ((p.x as usize).min(SIDE - 2), (p.y as usize).min(SIDE - 2));
+            let (u, v) = (p.x - x as f64, p.y - y as f64);
+            let at = |x: usize, y: usize| f64::from(table[y * SIDE + x]);
+            (at(x, y) * (1.0 - u) + at(x + 1, y) * u) * (1.0 - v)
+                + (at(x, y + 1) * (1.0 - u) + at(x + 1, y + 1) * u) * v
+        };
+        Color::grey((above + below) as f32)
+    }
+
+    fn shines(&self) -> bool {
+        false
+    }
+
+    fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
+        // Directions as the cosine has them: each stands for as much of the light that a grey sky gives.
+        let round = choice.x * TAU;
+        let (across, up) = (choice.y.sqrt(), (1.0 - choice.y).sqrt());
+        let (u, v) = at.normal.any_orthonormal_pair();
+        let direction = (u * math::cos(round) + v * math::sin(round)) * across + at.normal * up;
+        let lux = self.luminance(direction) * PI;
+        Sample { toward: Toward::Direction(direction), irradiance: Color::grey(lux as f32) }
+    }
+}
+
+/// Light that is everywhere: of two uniform half-spaces, with nothing in the way.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Ambient {
+    /// The illuminance in lux of what faces up.
+    pub above: Color,
+    /// The illuminance in lux of what faces down.
+    pub below: Color,
+}
+
+#[typetag::serde(name = "Ambient")]
+impl Light for Ambient {
+    fn toward(&self) -> Option<Toward> {
+        None
+    }
+
+    fn is_everywhere(&self) -> bool {
+        true
+    }
+
+    fn irradiance(&self, at: &Receiver) -> Color {
+        self.below.mix(self.above, (0.5 + 0.5 * at.normal.y) as f32)
+    }
+
+    fn sample(&self, at: &Receiver, _: DVec2) -> Sample {
+        Sample { toward: Toward::Direction(at.normal), irradiance: self.irradiance(at) }
+    }
+}

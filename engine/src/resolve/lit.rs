@@ -1,0 +1,237 @@
+//! What of a fragment is lit by a light at one place: the lines' own answer, exact along x.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::rule::{Framing, Rule, Share, shares};
+use crate::fragment::{Kept, World};
+use crate::key::{Key, KeyHasher};
+use crate::raster::Rows;
+use crate::shadow::{self, Dark};
+use crate::span::{FaceId, SpanImage};
+use crate::trace::Toward;
+
+/// Rows of the raster whose shadows are found together.
+const CHUNK: u32 = 8;
+
+/// Where a fragment stands in the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spot {
+    pub(super) row: u32,
+    pub(super) column: u32,
+    pub(super) face: FaceId,
+    /// Whether its face covers all of its pixel.
+    pub(super) is_whole: bool,
+}
+
+/// The shadows of the rows of a band, light by light.
+pub(super) struct Shadows<'a> {
+    image: &'a SpanImage,
+    rule: Rule,
+    framing: &'a Framing,
+    rows: RefCell<HashMap<(Key, u32), Arc<Row>>>,
+}
+
+/// The shadows of a row of the picture.
+#[derive(Default)]
+struct Row {
+    shares: Vec<Share>,
+    /// By column: the faces that are in shadow, and what of the pixel is dark on them.
+    dark: Vec<Vec<(FaceId, f32)>>,
+    /// Whether there is any.
+    has_any: bool,
+}
+
+impl<'a> Shadows<'a> {
+    pub(super) fn new(image: &'a SpanImage, rule: Rule, framing: &'a Framing) -> Shadows<'a> {
+        Shadows { image, rule, framing, rows: RefCell::default() }
+    }
+
+    /// Forgets what belongs to no row of `rows`.
+    pub(super) fn forget_all_but(&self, rows: &Rows) {
+        self.rows.borrow_mut().retain(|(_, row), _| rows.contains(row));
+    }
+
+    /// By spot, the share of its face in its pixel that is lit.
+    pub(super) fn lit(&self, spots: &[Spot], from: Toward, world: &World) -> Vec<f32> {
+        let key = key(from, world);
+        let mut lit = Vec::with_capacity(spots.len());
+        let mut known: Option<(u32, Arc<Row>)> = None;
+        for spot in spots {
+            let row = match known.take().filter(|(row, _)| *row == spot.row) {
+                Some(known) => known.1,
+                None => self.row(spot.row, key, from, world),
+            };
+            lit.push(self.of(&row, spot));
+            known = Some((spot.row, row));
+        }
+        lit
+    }
+
+    fn of(&self, row: &Row, spot: &Spot) -> f32 {
+        if !row.has_any {
+            return 1.0;
+        }
+        let first = self.framing.columns.start;
+        let dark = |columns: &Range<u32>| {
+            let cells = &row.dark[(columns.start - first) as usize..(columns.end - first) as usize];
+            let of_face = cells.iter().flatten().filter(|(face, _)| *face == spot.face);
+            of_face.map(|(_, dark)| *dark).sum::<f32>()
+        };
+        let mut columns = spot.column..spot.column + 1;
+        if spot.is_whole {
+            return (1.0 - dark(&columns)).clamp(0.0, 1.0);
+        }
+        // By its slopes a face may reach into a pixel where no line meets it: then what it is beside counts.
+        let mut beside = 1;
+        loop {
+            let total = self.covers(row, spot.face, &columns);
+            if total > 0.0 {
+                return (1.0 - dark(&columns) / total).clamp(0.0, 1.0);
+            }
+            if columns == self.framing.columns {
+                return 1.0;
+            }
+            columns.start = columns.start.saturating_sub(beside).max(first);
+            columns.end = columns.end.saturating_add(beside).min(self.framing.columns.end);
+            beside *= 2;
+        }
+    }
+
+    /// How much of some pixels the lines of their row give to a face.
+    fn covers(&self, row: &Row, face: FaceId, columns: &Range<u32>) -> f32 {
+        let raster = self.image.view().raster();
+        let place = |x: u32| raster.pixels(x) * self.framing.scale.x + self.framing.pan.x;
+        let back = |x: f64| (x - self.framing.pan.x) / self.framing.scale.x;
+        let (left, right) = (f64::from(columns.start), f64::from(columns.end));
+        let overlap = |from: u32, to: u32| (place(to).min(right) - place(from).max(left)).max(0.0);
+        let mut total = 0.0;
+        for share in &row.shares {
+            let Some(k) = share.line else { continue };
+            let line = self.image.lines().line(k);
+            let first = line.partition_point(|span| raster.pixels(span.x) <= back(left)).max(1) - 1;
+            for (i, span) in line.iter().enumerate().skip(first) {
+                if raster.pixels(span.x) >= back(right) {
+                    break;
+                }
+                if span.face == face {
+                    let end = line.get(i + 1).map_or(raster.cells(), |span| span.x);
+                    total += overlap(span.x, end) * share.weight;
+                }
+            }
+            let layers = self.image.layers().line(k).iter().filter(|s| s.face == face);
+            total += layers.map(|s| overlap(s.start, s.end)).sum::<f64>() * share.weight;
+        }
+        total as f32
+    }
+
+    fn row(&self, row: u32, key: Key, from: Toward, world: &World) -> Arc<Row> {
+        if let Some(known) = self.rows.borrow().get(&(key, row)) {
+            return known.clone();
+        }
+        let plan = self.image.plan();
+        let all = plan.lines(&(0..self.image.view().raster().height));
+        let shares = shares(self.rule, plan, self.framing, row, all.end);
+        let mut dark: Vec<Vec<(FaceId, f32)>> = vec![Vec::new(); self.framing.columns.len()];
+        let per_chunk = CHUNK * plan.per_row;
+        let mut chunk: Option<(u32, Arc<shadow::Lines>)> = None;
+        for share in &shares {
+            let Some(k) = share.line else { continue };
+            let lines = match chunk.take().filter(|(at, _)| *at == k / per_chunk) {
+                Some((_, lines)) => lines,
+                None => self.chunk(k / per_chunk, key, from, world),
+            };
+            let range = self.image.lines().range();
+            let first = (k / per_chunk * per_chunk).max(range.start);
+            for shadow in &lines[(k - first) as usize] {
+                self.add(shadow, share, &mut dark);
+            }
+            chunk = Some((k / per_chunk, lines));
+        }
+        let has_any = dark.iter().any(|cell| !cell.is_empty());
+        let made = Arc::new(Row { shares, dark, has_any });
+        self.rows.borrow_mut().insert((key, row), made.clone());
+        made
+    }
+
+    /// The shadows of a chunk of lines, kept with the image.
+    fn chunk(&self, at: u32, key: Key, from: Toward, world: &World) -> Arc<shadow::Lines> {
+        let memo = self.image.memo();
+        if let Some(known) = memo.get(key, at).and_then(|kept| kept.downcast().ok()) {
+            return known;
+        }
+        let per_chunk = CHUNK * self.image.plan().per_row;
+        let range = self.image.lines().range();
+        let lines = (at * per_chunk).max(range.start)..((at + 1) * per_chunk).min(range.end);
+        let cast = Arc::new(shadow::cast(self.image, world, from, lines));
+        let bytes = cast.iter().map(|line| size_of_val(&**line) + size_of_val(line)).sum();
+        memo.put(key, at, cast.clone() as Kept, bytes);
+        cast
+    }
+
+    /// Adds the part of a shadow that a share of its line's strip has to the pixels that it touches.
+    fn add(&self, shadow: &Dark, share: &Share, dark: &mut [Vec<(FaceId, f32)>]) {
+        let Framing { scale, pan, columns, .. } = self.framing;
+        let n = f64::from(self.image.plan().per_row);
+        let (from, to) = match self.rule {
+            // Sampled lines are taken as they are.
+            Rule::Sampled(..) => (0.0, 0.0),
+            _ => ((share.strip.0 - 0.5) / n, (share.strip.1 - 0.5) / n),
+        };
+        let place = |end: shadow::End, off: f64| (end.x + end.slope * off) * scale.x + pan.x;
+        let (start, end) = (
+            [place(shadow.start, from), place(shadow.start, to)],
+            [place(shadow.end, from), place(shadow.end, to)],
+        );
+        let (low, high) = (start[0].min(start[1]), end[0].max(end[1]));
+        let (first, last) = (f64::from(columns.start), f64::from(columns.end));
+        let (low, high) = (low.clamp(first, last), high.clamp(first, last));
+        let weight = share.weight * f64::from(1.0 - shadow.through);
+        for column in low as u32..(high.ceil() as u32).min(columns.end) {
+            let left = f64::from(column);
+            let part = left_of(end, left) - left_of(start, left);
+            if part <= 0.0 {
+                continue;
+            }
+            let cell = &mut dark[(column - columns.start) as usize];
+            let part = (part * weight) as f32;
+            match cell.iter_mut().find(|(face, _)| *face == shadow.face) {
+                Some((_, sum)) => *sum += part,
+                None => cell.push((shadow.face, part)),
+            }
+        }
+    }
+}
+
+/// What of a pixel lies left of a boundary that leans.
+#[inline]
+fn left_of([top, bottom]: [f64; 2], pixel: f64) -> f64 {
+    let (top, bottom) = (top - pixel, bottom - pixel);
+    if top.min(bottom) >= 1.0 {
+        return 1.0;
+    }
+    if top.max(bottom) <= 0.0 {
+        return 0.0;
+    }
+    if (bottom - top).abs() < 1e-9 {
+        return top.clamp(0.0, 1.0);
+    }
+    let integral = |z: f64| {
+        let z = z.max(0.0);
+        if z < 1.0 { z * z / 2.0 } else { z - 0.5 }
+    };
+    (integral(bottom) - integral(top)) / (bottom - top)
+}
+
+/// What the shadows of a light in a world are known by.
+fn key(from: Toward, world: &World) -> Key {
+    let mut key = KeyHasher::new("shadows");
+    let (kind, place) = match from {
+        Toward::Direction(direction) => (0u8, direction),
+        Toward::Point(point) => (1, point),
+    };
+    key.bytes(&[kind]).value(&place.to_array()).key(world.key());
+    key.finish()
+}

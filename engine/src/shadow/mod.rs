@@ -1,0 +1,414 @@
+//! Shadow volumes: what of the spans on a line the light of one place does not reach, exactly.
+//!
+//! Every convex piece of a face casts a volume of its own (\[D], "Shading display with shadow", takes the
+//! contours of closed bodies instead; most scenes are not closed, and what is counted wrong leaks). The
+//! planes that bound a volume, through the light and the piece's edges and through the piece itself, are
+//! affine on the screen along a visible face once multiplied by rho. So a volume takes one interval of a
+//! line, its ends known exactly with their slopes, and a shadow is the *union* of intervals: nothing is
+//! counted, and it does not matter where the eye is.
+//!
+//! Candidates come from the tree of [`Casters`] over the space between a patch of a face, a few rows high
+//! and some dozens of pixels wide, and the light. The spans of the image are not cut: intervals stand beside
+//! them, light by light, and fragments take the share of their area that is lit.
+
+use glam::DVec3;
+use std::ops::Range;
+
+use crate::camera::{Plane, View};
+use crate::fragment::{Columns, Fragments, Stage, Surfaces, World};
+use crate::span::{FaceId, SpanImage};
+use crate::trace::{Casters, Shaft, Toward};
+
+/// The width of a patch in pixels. Narrower, there are more patches to look for; wider, each has more
+/// casters around it.
+const TILE: f64 = 128.0;
+
+/// How far the corners of a piece may leave the plane of a face, as a share of its size, to lie in it and
+/// cast no shadow on it.
+pub const IN_PLANE: f64 = 1e-7;
+
+/// An end of a shadow on a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct End {
+    /// Where it is, in pixels from the left.
+    pub x: f64,
+    /// Pixels to the right per pixel downwards.
+    pub slope: f64,
+}
+
+/// A part of a line where a face is in shadow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dark {
+    /// The face.
+    pub face: FaceId,
+    /// Where it begins.
+    pub start: End,
+    /// Where it ends.
+    pub end: End,
+    /// The share of the light that still arrives.
+    pub through: f32,
+}
+
+/// A visible part of a face on a line.
+#[derive(Clone, Copy)]
+struct Seen {
+    face: FaceId,
+    tile: u32,
+    k: u32,
+    from: f64,
+    to: f64,
+}
+
+/// A boundary of a volume along a face: inside where it is not negative.
+type Side = Plane;
+
+/// The shadows of lines: by line, sorted by face and then from left to right.
+pub type Lines = Vec<Vec<Dark>>;
+
+/// The shadows that fall on the faces of an image on the lines `lines`, from everything in a world, in the
+/// light from one place. Only faces of sources that are lit in that world receive them.
+pub fn cast(image: &SpanImage, world: &World, from: Toward, lines: Range<u32>) -> Lines {
+    let receives: Vec<bool> = image
+        .sources()
+        .iter()
+        .map(|source| {
+            source.stack.iter().any(|stage| match stage {
+                Stage::Shade(shading) => shading.world().is_some_and(|w| w.key() == world.key()),
+                _ => false,
+            })
+        })
+        .collect();
+    let raster = image.view().raster();
+    let mut seen = Vec::new();
+    for k in lines.clone() {
+        let line = image.lines().line(k);
+        let ends = line.iter().skip(1).map(|span| span.x).chain([raster.cells()]);
+        let spans = line.iter().zip(ends).map(|(span, end)| (span.face, span.x, end));
+        let layers = image.layers().line(k).iter().map(|s| (s.face, s.start, s.end));
+        for (face, start, end) in spans.chain(layers) {
+            if face.is_some() && receives[image.locate(face).0] {
+                let (from, to) = (raster.pixels(start), raster.pixels(end));
+                let mut left = from;
+                while left < to {
+                    let tile = (left / TILE).floor();
+                    let right = ((tile + 1.0) * TILE).min(to);
+                    seen.push(Seen { face, tile: tile as u32, k, from: left, to: right });
+                    left = right;
+                }
+            }
+        }
+    }
+    seen.sort_unstable_by_key(|seen| (seen.face, seen.tile, seen.k));
+    let casters: Vec<(usize, &Casters)> = world.casters().collect();
+    let mut dark: Lines = vec![Vec::new(); lines.len()];
+    let mut work = Work { image, world, casters, from, sides: Vec::new() };
+    for patch in seen.chunk_by(|a, b| (a.face, a.tile) == (b.face, b.tile)) {
+        work.patch(patch, lines.start, &mut dark);
+    }
+    let half = 0.5 / f64::from(image.plan().per_row);
+    for (k, line) in lines.zip(&mut dark) {
+        unite(line);
+        line.iter_mut().for_each(|dark| dark.keep_within(image, k, half));
+    }
+    dark
+}
+
+impl Dark {
+    /// Flattens the slopes of the ends so that, within half a strip up and down, they neither meet nor leave
+    /// the span that they lie in. Both ends lose as much above as below, so that the area stays.
+    fn keep_within(&mut self, image: &SpanImage, k: u32, half: f64) {
+        if self.start.slope == 0.0 && self.end.slope == 0.0 {
+            return;
+        }
+        let raster = image.view().raster();
+        let line = image.lines().line(k);
+        let at = line.partition_point(|span| raster.pixels(span.x) <= self.start.x).max(1) - 1;
+        let mut left = raster.pixels(line[at].x);
+        let mut right = raster.pixels(line.get(at + 1).map_or(raster.cells(), |span| span.x));
+        if line[at].face != self.face {
+            let layers = image.layers().line(k).iter().filter(|s| s.face == self.face);
+            let mut around = layers.map(|s| (raster.pixels(s.start), raster.pixels(s.end)));
+            let found = around.find(|(from, to)| *from <= self.start.x && self.start.x < *to);
+            (left, right) = found.unwrap_or((self.start.x, self.end.x));
+        }
+        let limit = |end: &mut End| {
+            let room = (end.x - left).min(right - end.x).max(0.0);
+            end.slope = end.slope.clamp(-room / half, room / half);
+        };
+        limit(&mut self.start);
+        limit(&mut self.end);
+        let closing = (self.end.slope - self.start.slope).abs() * half;
+        let gap = self.end.x - self.start.x;
+        if closing > gap {
+            self.start.slope *= gap / closing;
+            self.end.slope *= gap / closing;
+        }
+    }
+}
+
+struct Work<'a> {
+    image: &'a SpanImage,
+    world: &'a World,
+    casters: Vec<(usize, &'a Casters)>,
+    from: Toward,
+    sides: Vec<Side>,
+}
+
+impl Work<'_> {
+    /// Finds the shadows on a patch of a face.
+    fn patch(&mut self, spans: &[Seen], first: u32, dark: &mut Lines) {
+        let Work { image, world, casters, from, sides } = self;
+        let Some(patch) = Patch::new(image, spans, *from) else { return };
+        let shaft = patch.shaft();
+        for (member, casters) in casters.iter() {
+            let surfaces = &*world.members()[*member].surfaces;
+            casters.within(&shaft, |piece| {
+                // All of it may be outside one plane of the shaft.
+                let corners = casters.corners(piece);
+                let is_outside = |(normal, offset): &(DVec3, f64)| {
+                    corners.clone().all(|corner| normal.dot(corner) + offset < 0.0)
+                };
+                if shaft.planes.iter().any(is_outside) {
+                    return;
+                }
+                sides.clear();
+                if !patch.volume(casters, piece, sides) {
+                    return;
+                }
+                let known = &casters.pieces()[piece];
+                for seen in spans {
+                    let y = image.y(seen.k);
+                    let Some((start, end)) = interval(sides, y, seen) else { continue };
+                    let opacity = match known.opacity.is_nan() {
+                        true => patch.opacity(surfaces, casters, piece, (start.x + end.x) / 2.0, y),
+                        false => known.opacity,
+                    };
+                    let (face, through) = (seen.face, 1.0 - opacity);
+                    dark[(seen.k - first) as usize].push(Dark { face, start, end, through });
+                }
+            });
+        }
+    }
+}
+
+/// A patch of a face that is turned to the light.
+struct Patch<'a> {
+    view: &'a View,
+    /// The face's depth.
+    depth: &'a Plane,
+    /// Its plane in the world: the unit normal on the side that is seen, and a point.
+    plane: (DVec3, DVec3),
+    from: Toward,
+    /// What it takes of the screen, in pixels.
+    x: [f64; 2],
+    y: [f64; 2],
+}
+
+impl Patch<'_> {
+    /// The patch of some spans; `None` if it faces away from the light, and is dark by itself.
+    fn new<'a>(image: &'a SpanImage, spans: &[Seen], from: Toward) -> Option<Patch<'a>> {
+        let view = image.view();
+        let (_, face) = image.face(spans[0].face);
+        let (normal, point) = view.world_plane(&face.plane)?;
+        let faces_light = match from {
+            Toward::Direction(toward) => normal.dot(toward),
+            Toward::Point(light) => normal.dot(light - point),
+        };
+        if faces_light.is_nan() || faces_light <= 0.0 {
+            return None;
+        }
+        let x = spans.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], seen| {
+            [low.min(seen.from), high.max(seen.to)]
+        });
+        let half = 0.5 / f64::from(image.plan().per_row);
+        let y = [image.y(spans[0].k) - half, image.y(spans[spans.len() - 1].k) + half];
+        Some(Patch { view, depth: &face.plane, plane: (normal, point), from, x, y })
+    }
+
+    /// The space between it and the light.
+    fn shaft(&self) -> Shaft {
+        let Patch { view, from, x, y, plane: (normal, point), .. } = *self;
+        let mut planes = vec![(normal, -normal.dot(point))];
+        let corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])];
+        let (least, most) = self.depth.range(x, y);
+        // Beyond the horizon of its plane a patch has no corners.
+        if view.is_parallel() || least > 1e-6 * most {
+            let at = corners.map(|(x, y)| view.world_point(x, y, self.depth.depth(x, y)));
+            let centre = at.iter().sum::<DVec3>() / 4.0;
+            if let Toward::Point(light) = from {
+                let away = centre - light;
+                planes.push((away, -away.dot(light)));
+            }
+            for (i, corner) in at.iter().enumerate() {
+                let along = at[(i + 1) % 4] - *corner;
+                let side = along.cross(from.from(*corner).0);
+                let inside = side.dot(centre - *corner);
+                if inside.abs() > 1e-9 * side.length() * (centre - *corner).length() {
+                    let side = side * inside.signum();
+                    planes.push((side, -side.dot(*corner)));
+                }
+            }
+        }
+        Shaft { planes }
+    }
+
+    /// The sides of the volume that a piece casts, as seen along the face. False if it casts none on it.
+    fn volume(&self, casters: &Casters, piece: usize, sides: &mut Vec<Side>) -> bool {
+        if lies_in(casters, piece, self.plane) {
+            return false;
+        }
+        let normal = casters.normal(piece);
+        let mut corners = casters.corners(piece);
+        let Some(first) = corners.next() else { return false };
+        let away = match self.from {
+            Toward::Direction(toward) => -normal.dot(toward) / normal.length(),
+            Toward::Point(light) => {
+                normal.dot(first - light) / (normal.length() * (first - light).length())
+            }
+        };
+        // A light in the plane of the piece sees it edge-on.
+        if away.is_nan() || away.abs() < 1e-12 {
+            return false;
+        }
+        let sign = away.signum();
+        // Nothing of the patch is inside if one side has all of it outside.
+        let mut add = |normal: DVec3, point: DVec3| {
+            let side = self.view.side_of(normal * sign, point, self.depth);
+            sides.push(side);
+            side.range(self.x, self.y).1 >= 0.0
+        };
+        if !add(normal, first) {
+            return false;
+        }
+        let mut last = first;
+        for corner in corners.chain([first]) {
+            // The same for both pieces that share an edge, but for its sign.
+            let (side, through) = match self.from {
+                Toward::Direction(toward) => {
+                    let is_first = last.to_array() < corner.to_array();
+                    ((corner - last).cross(toward), if is_first { last } else { corner })
+                }
+                Toward::Point(light) => ((last - light).cross(corner - light), light),
+            };
+            if !add(side, through) {
+                return false;
+            }
+            last = corner;
+        }
+        true
+    }
+
+    /// How much a piece that is not alike all over holds back of the light to a point of the patch.
+    fn opacity(
+        &self,
+        surfaces: &dyn Surfaces,
+        casters: &Casters,
+        piece: usize,
+        x: f64,
+        y: f64,
+    ) -> f32 {
+        let at = self.view.world_point(x, y, self.depth.depth(x, y));
+        let way = self.from.from(at).0;
+        let normal = casters.normal(piece);
+        let corner = casters.corners(piece).next().unwrap_or_default();
+        let pierced = at + way * (normal.dot(corner - at) / normal.dot(way));
+        let face = casters.pieces()[piece].face;
+        opacity(surfaces, self.view, face, normal.dot(way) < 0.0, pierced)
+    }
+}
+
+/// How much a face that is not alike all over hides at a point of it, on one side.
+pub fn opacity(
+    surfaces: &dyn Surfaces,
+    view: &View,
+    face: u32,
+    sees_front: bool,
+    point: DVec3,
+) -> f32 {
+    let mut fragments = Fragments::new(view);
+    fragments.push(face, sees_front, 0.0, 0.0, 0.0);
+    fragments.position.push(point);
+    fragments.fill(Columns::COLOR, surfaces);
+    fragments.alpha.first().copied().unwrap_or(1.0)
+}
+
+/// Whether a piece lies in the plane of a face.
+pub fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3)) -> bool {
+    casters.corners(piece).all(|corner| {
+        let from = corner - point;
+        normal.dot(from).abs() <= IN_PLANE * from.length()
+    })
+}
+
+/// The part of a span inside all sides.
+#[inline]
+fn interval(sides: &[Side], y: f64, seen: &Seen) -> Option<(End, End)> {
+    let mut start = End { x: seen.from, slope: 0.0 };
+    let mut end = End { x: seen.to, slope: 0.0 };
+    for Plane { a, b, c } in sides {
+        let rest = b * y + c;
+        if *a > 0.0 {
+            let x = -rest / a;
+            if x > start.x {
+                start = End { x, slope: -b / a };
+            }
+        } else if *a < 0.0 {
+            let x = -rest / a;
+            if x < end.x {
+                end = End { x, slope: -b / a };
+            }
+        } else if rest < 0.0 || rest.is_nan() {
+            return None;
+        }
+    }
+    (start.x < end.x).then_some((start, end))
+}
+
+/// Unites the shadows of a line face by face, so that none overlap.
+fn unite(line: &mut Vec<Dark>) {
+    if line.len() < 2 {
+        return;
+    }
+    line.sort_unstable_by(|a, b| {
+        let key = |dark: &Dark| (dark.face, dark.start.x);
+        let ((face, x), (other_face, other_x)) = (key(a), key(b));
+        face.cmp(&other_face)
+            .then(x.total_cmp(&other_x))
+            .then(b.end.x.total_cmp(&a.end.x))
+            .then(a.through.total_cmp(&b.through))
+    });
+    if line.iter().all(|dark| dark.through == 0.0) {
+        let mut kept = 0;
+        for i in 1..line.len() {
+            let next = line[i];
+            let last = &mut line[kept];
+            if last.face == next.face && next.start.x <= last.end.x {
+                if next.end.x > last.end.x {
+                    last.end = next.end;
+                }
+            } else {
+                kept += 1;
+                line[kept] = next;
+            }
+        }
+        line.truncate(kept + 1);
+        return;
+    }
+    // Where translucent casters lie over each other their shares multiply.
+    let mut all = Vec::new();
+    for of_face in line.chunk_by(|a, b| a.face == b.face) {
+        let mut ends: Vec<End> = of_face.iter().flat_map(|dark| [dark.start, dark.end]).collect();
+        ends.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
+        ends.dedup_by(|a, b| a.x == b.x);
+        for pair in ends.windows(2) {
+            let middle = (pair[0].x + pair[1].x) / 2.0;
+            let over = of_face.iter().filter(|d| d.start.x <= middle && middle < d.end.x);
+            let through: f32 = over.map(|d| d.through).product();
+            if through < 1.0 {
+                let (start, end) = (pair[0], pair[1]);
+                all.push(Dark { face: of_face[0].face, start, end, through });
+            }
+        }
+    }
+    *line = all;
+}

@@ -1,0 +1,45 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::error::Error;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::scene::Scene;
+use spandrel_engine::values::Lamps;
+
+/// The lights of a scene's list: all of them, or those that are named. Each keeps its own switch.
+#[derive(Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SceneLights {
+    /// The scene.
+    pub scene: Link<Scene>,
+    /// The names of the lights that are meant; all if there are none.
+    pub names: Vec<String>,
+}
+
+impl Node for SceneLights {
+    type Output = Lamps;
+    const KIND: &'static str = "SceneLights";
+    const GROUP: &'static str = "light";
+    const ALIASES: &'static [&'static str] = &["LightList", "ReadLights", "ImportLights"];
+
+    fn demand(&self, (): &(), upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.scene, ());
+        Ok(())
+    }
+
+    fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Lamps> {
+        let scene = inputs.get(&self.scene);
+        let known = || scene.lights.iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>();
+        if let Some(missing) = self.names.iter().find(|name| !known().contains(&name.as_str())) {
+            let list = match known()[..] {
+                [] => "none".to_owned(),
+                _ => known().join(", "),
+            };
+            return Err(Error::invalid(format!(
+                "the scene has no light \"{missing}\": it has {list}"
+            )));
+        }
+        let is_meant = |name: &String| self.names.is_empty() || self.names.contains(name);
+        Ok(Lamps(scene.lights.iter().filter(|lamp| is_meant(&lamp.name)).cloned().collect()))
+    }
+}

@@ -1,0 +1,566 @@
+//! Light without shadows: closed forms against textbooks and sums, samples against closed forms, measured
+//! lamps against the flux that their makers state, and numbers that no light has.
+
+use glam::{DVec2, DVec3};
+use spandrel_engine::color::Color;
+use spandrel_engine::light::line::Line;
+use spandrel_engine::light::list::{
+    AmbientLight, AreaLight, Entry, LampFile, LinearLight, MakeLamp, ParallelLight, PointLight,
+    PolyhedralLight, SkyLight, SpotLight, SunLight,
+};
+use spandrel_engine::light::photometry::{Goniometer, Photometry};
+use spandrel_engine::light::polygon::{Polygon, Surface};
+use spandrel_engine::light::sky::{Sky, SkyModel};
+use spandrel_engine::light::{Light, Receiver};
+use spandrel_tests::data;
+use spandrel_tests::random::Random;
+use std::f64::consts::PI;
+use std::path::Path;
+
+fn v(x: f64, y: f64, z: f64) -> DVec3 {
+    DVec3::new(x, y, z)
+}
+
+/// A receiver in the origin that faces up.
+fn floor() -> Receiver {
+    Receiver { position: DVec3::ZERO, normal: DVec3::Y }
+}
+
+fn lux(light: &dyn Light, at: &Receiver) -> f64 {
+    f64::from(light.irradiance(at).r)
+}
+
+fn close(a: f64, b: f64, within: f64) {
+    assert!((a - b).abs() <= within * b.abs(), "{a} is not {b} within {within}");
+}
+
+fn surface(outline: Vec<DVec3>, holes: Vec<Vec<DVec3>>) -> Surface {
+    Surface::new(vec![Polygon { outline, holes }], false).unwrap()
+}
+
+/// A rectangle over the first quadrant at height c, that shines down.
+fn ceiling(a: f64, b: f64, c: f64) -> Vec<DVec3> {
+    vec![v(0.0, c, 0.0), v(a, c, 0.0), v(a, c, b), v(0.0, c, b)]
+}
+
+#[test]
+fn rectangles_give_what_the_textbooks_configuration_factors_say() {
+    let atan = |x: f64| spandrel_engine::math::atan2(x, 1.0);
+    for (a, b, c) in [(1.0f64, 1.0f64, 1.0f64), (3.0, 0.5, 2.0), (0.01, 40.0, 0.3), (1e5, 1e5, 1.0)]
+    {
+        // Parallel to the receiver, a corner above it.
+        let (p, q) = (a / c, b / c);
+        let (r, s) = ((1.0 + p * p).sqrt(), (1.0 + q * q).sqrt());
+        let factor = (p / r * atan(q / r) + q / s * atan(p / s)) / (2.0 * PI);
+        close(lux(&surface(ceiling(a, b, c), vec![]), &floor()), PI * factor, 1e-5);
+        // At right angles to the receiver, which lies c before the foot of one side, b long, a high.
+        let wall = surface(vec![v(c, 0.0, 0.0), v(c, 0.0, b), v(c, a, b), v(c, a, 0.0)], vec![]);
+        let factor = (atan(b / c) - c / (a * a + c * c).sqrt() * atan(b / (a * a + c * c).sqrt()))
+            / (2.0 * PI);
+        close(lux(&wall, &floor()), PI * factor, 1e-5);
+    }
+}
+
+#[test]
+fn a_disc_gives_the_square_of_the_sine() {
+    for (radius, height) in [(1.0, 1.0), (5.0, 0.2), (0.1, 3.0)] {
+        let at = |i: u32| {
+            let t = f64::from(i) / 4000.0 * 2.0 * PI;
+            v(
+                spandrel_engine::math::cos(t) * radius,
+                height,
+                spandrel_engine::math::sin(t) * radius,
+            )
+        };
+        let disc = surface((0..4000).map(at).collect(), vec![]);
+        let sine = radius * radius / (radius * radius + height * height);
+        close(lux(&disc, &floor()), PI * sine, 1e-5);
+    }
+}
+
+#[test]
+fn holes_backs_and_horizons_are_cut_off() {
+    let hole = vec![v(0.2, 1.0, 0.2), v(0.8, 1.0, 0.2), v(0.8, 1.0, 0.8), v(0.2, 1.0, 0.8)];
+    let whole = lux(&surface(ceiling(1.0, 1.0, 1.0), vec![]), &floor());
+    let plug = lux(&surface(hole.clone(), vec![]), &floor());
+    for hole in [hole.clone(), hole.into_iter().rev().collect()] {
+        let with_hole = surface(ceiling(1.0, 1.0, 1.0), vec![hole]);
+        close(lux(&with_hole, &floor()), whole - plug, 1e-5);
+    }
+    // From behind there is nothing, unless it shines to both sides.
+    let above = Receiver { position: v(0.5, 2.0, 0.5), normal: DVec3::NEG_Y };
+    let panel = || Polygon { outline: ceiling(1.0, 1.0, 1.0), holes: vec![] };
+    assert_eq!(lux(&Surface::new(vec![panel()], false).unwrap(), &above), 0.0);
+    let below = Receiver { position: v(0.5, 0.0, 0.5), normal: DVec3::Y };
+    let both = Surface::new(vec![panel()], true).unwrap();
+    close(lux(&both, &above), lux(&both, &below), 1e-6);
+    // A wall that reaches as far below the horizon as above gives what its upper half gives.
+    let wall =
+        |low: f64| vec![v(1.0, low, -1.0), v(1.0, low, 1.0), v(1.0, 1.0, 1.0), v(1.0, 1.0, -1.0)];
+    close(
+        lux(&surface(wall(-1.0), vec![]), &floor()),
+        lux(&surface(wall(0.0), vec![]), &floor()),
+        1e-6,
+    );
+    // Wholly below there is nothing; nor in the plane of the source.
+    assert_eq!(lux(&surface(ceiling(1.0, 1.0, -1.0), vec![]), &floor()), 0.0);
+    let beside = Receiver { position: v(-1.0, 1.0, 0.0), normal: DVec3::Y };
+    assert_eq!(lux(&surface(ceiling(1.0, 1.0, 1.0), vec![]), &beside), 0.0);
+}
+
+#[test]
+fn concave_polygons_are_the_sum_of_their_parts() {
+    let ell = vec![
+        v(0.0, 1.0, 0.0),
+        v(2.0, 1.0, 0.0),
+        v(2.0, 1.0, 1.0),
+        v(1.0, 1.0, 1.0),
+        v(1.0, 1.0, 2.0),
+        v(0.0, 1.0, 2.0),
+    ];
+    let parts = [
+        ceiling(2.0, 1.0, 1.0),
+        vec![v(0.0, 1.0, 1.0), v(1.0, 1.0, 1.0), v(1.0, 1.0, 2.0), v(0.0, 1.0, 2.0)],
+    ];
+    let mut random = Random::new(7);
+    for _ in 0..50 {
+        let position =
+            v(random.between(-3.0, 3.0), random.between(-2.0, 0.9), random.between(-3.0, 3.0));
+        let normal =
+            v(random.between(-1.0, 1.0), random.between(-0.2, 1.0), random.between(-1.0, 1.0));
+        let at = Receiver { position, normal: normal.normalize() };
+        let sum: f64 = parts.iter().map(|part| lux(&surface(part.clone(), vec![]), &at)).sum();
+        assert!((lux(&surface(ell.clone(), vec![]), &at) - sum).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn a_tube_gives_the_sum_of_its_elements() {
+    let mut random = Random::new(3);
+    for _ in 0..100 {
+        let mut any =
+            || v(random.between(-2.0, 2.0), random.between(-2.0, 2.0), random.between(-2.0, 2.0));
+        let line = Line { ends: [any(), any()] };
+        let at = Receiver { position: any(), normal: any().normalize() };
+        // Simpson's rule over many elements, cut at the horizon by the cosine.
+        let [from, to] = line.ends;
+        let axis = (to - from).normalize();
+        let element = |t: f64| {
+            let way = from.lerp(to, t) - at.position;
+            let d = way.normalize();
+            d.cross(axis).length() * d.dot(at.normal).max(0.0) / way.length_squared()
+        };
+        let n = 20_000;
+        let weight = |i: i32| {
+            if i == 0 || i == n {
+                1.0
+            } else if i % 2 == 1 {
+                4.0
+            } else {
+                2.0
+            }
+        };
+        let sum: f64 = (0..=n).map(|i| weight(i) * element(f64::from(i) / f64::from(n))).sum();
+        let expected = sum * (to - from).length() / f64::from(n) / 3.0;
+        assert!((lux(&line, &at) - expected).abs() <= 1e-5 * expected.max(1e-3), "{expected}");
+    }
+    // A receiver on the axis sees the tube end on.
+    let line = Line { ends: [v(0.0, 1.0, 0.0), v(0.0, 2.0, 0.0)] };
+    assert_eq!(lux(&line, &floor()), 0.0);
+}
+
+#[test]
+fn skies_give_what_their_formulas_say() {
+    let sky = |model, ground| Sky::new(model, v(1.0, 1.0, 0.3), ground).unwrap();
+    let facing = |normal: DVec3| Receiver { position: DVec3::ZERO, normal: normal.normalize() };
+    let (up, level, down) = (facing(DVec3::Y), facing(DVec3::X), facing(DVec3::NEG_Y));
+    let uniform = sky(SkyModel::Uniform, 0.0);
+    close(lux(&uniform, &up), 1.0, 1e-6);
+    close(lux(&uniform, &level), 0.5, 1e-6);
+    assert_eq!(lux(&uniform, &down), 0.0);
+    close(lux(&uniform, &facing(v(1.0, 1.0, 0.0))), (1.0 + 0.5f64.sqrt()) / 2.0, 1e-6);
+    // Of the overcast sky a wall gets (pi/6 + 4/9) / (7 pi/9) of what the ground gets (Moon and Spencer).
+    let overcast = sky(SkyModel::Overcast, 0.0);
+    close(lux(&overcast, &up), 1.0, 2e-4);
+    close(lux(&overcast, &level), (PI / 6.0 + 4.0 / 9.0) / (7.0 * PI / 9.0), 2e-3);
+    // Its zenith is 9 / 7 pi of the illuminance, its horizon a third.
+    close(overcast.luminance(DVec3::Y), 9.0 / (7.0 * PI), 1e-4);
+    close(overcast.luminance(DVec3::X), 3.0 / (7.0 * PI), 1e-4);
+    // The ground sends back its share.
+    close(lux(&sky(SkyModel::Overcast, 0.2), &down), 0.2, 1e-3);
+    for model in (1..=15).map(SkyModel::General).chain([SkyModel::Clear, SkyModel::Intermediate]) {
+        let sky = sky(model, 0.0);
+        close(lux(&sky, &up), 1.0, 2e-3);
+        assert!(lux(&sky, &facing(v(1.0, 0.3, 0.3))) > 0.0, "{model:?}");
+    }
+    // Types 5 and 12 are the uniform and the clear one.
+    close(lux(&sky(SkyModel::General(5), 0.0), &level), 0.5, 1e-3);
+    let (clear, twelve) = (sky(SkyModel::Clear, 0.0), sky(SkyModel::General(12), 0.0));
+    assert_eq!(clear.luminance(v(0.6, 0.8, 0.0)), twelve.luminance(v(0.6, 0.8, 0.0)));
+    // A blend is between, by its share.
+    let half = sky(SkyModel::Blend(0.5), 0.0);
+    let at = v(0.48, 0.6, 0.64);
+    close(half.luminance(at), (clear.luminance(at) + overcast.luminance(at)) / 2.0, 2e-3);
+    for (model, ground) in [
+        (SkyModel::General(0), 0.0),
+        (SkyModel::General(16), 0.0),
+        (SkyModel::Blend(1.5), 0.0),
+        (SkyModel::Blend(f64::NAN), 0.0),
+        (SkyModel::Clear, -0.1),
+        (SkyModel::Clear, 1.1),
+    ] {
+        assert!(Sky::new(model, DVec3::Y, ground).is_err(), "{model:?} {ground}");
+    }
+    assert!(Sky::new(SkyModel::Clear, DVec3::NEG_Y, 0.0).is_err());
+    assert!(Sky::new(SkyModel::Clear, DVec3::ZERO, 0.0).is_err());
+}
+
+#[test]
+fn samples_of_a_source_are_its_closed_form_on_the_mean() {
+    let panel = ceiling(1.5, 0.7, 1.2);
+    let body = PolyhedralLight::default().lamp("", Path::new("")).unwrap();
+    let sources: Vec<Box<dyn Light>> = vec![
+        Box::new(Line { ends: [v(-1.0, 1.0, 0.5), v(0.5, 1.5, 0.2)] }),
+        Box::new(surface(panel, vec![vec![v(0.5, 1.2, 0.2), v(0.9, 1.2, 0.2), v(0.7, 1.2, 0.5)]])),
+        Box::new(Sky::new(SkyModel::Clear, v(1.0, 1.0, 0.3), 0.2).unwrap()),
+        Box::new(Sky::new(SkyModel::Uniform, v(1.0, 1.0, 0.3), 0.0).unwrap()),
+    ];
+    let body: &dyn Light = &*body.light;
+    let away = Receiver { position: v(0.0, -2.0, 1.0), normal: v(0.1, 1.0, -0.3).normalize() };
+    let floor = floor();
+    let each = sources.iter().map(|source| (&**source, &floor)).chain([(body, &away)]);
+    for (source, at) in each {
+        let (n, m) = (8192, 16);
+        let place = |i: i32, n: i32| (f64::from(i) + 0.5) / f64::from(n);
+        let choices =
+            (0..n).flat_map(|i| (0..m).map(move |j| DVec2::new(place(i, n), place(j, m))));
+        let sum: f64 =
+            choices.map(|choice| f64::from(source.sample(at, choice).irradiance.r)).sum();
+        close(sum / f64::from(n * m), lux(source, at), 2e-3);
+    }
+}
+
+#[test]
+fn points_spots_and_flux_keep_their_units() {
+    let none = Path::new("");
+    let point =
+        PointLight { position: v(0.0, 3.0, 0.0), intensity: Some(90.0), ..PointLight::default() };
+    let lamp = point.lamp("", none).unwrap();
+    close(lux(&*lamp.light, &floor()) * f64::from(lamp.strength.r), 10.0, 1e-6);
+    let flux = PointLight { intensity: None, flux: Some(4.0 * PI * 90.0), ..point };
+    close(f64::from(flux.lamp("", none).unwrap().strength.r), 90.0, 1e-6);
+    let spot = SpotLight {
+        position: v(0.0, 2.0, 0.0),
+        angle: 60.0,
+        inner_angle: 20.0,
+        intensity: 8.0,
+        ..SpotLight::default()
+    };
+    let lamp = spot.lamp("", none).unwrap();
+    let under = |x: f64| Receiver { position: v(x, 0.0, 0.0), normal: DVec3::Y };
+    close(lux(&*lamp.light, &under(0.0)) * f64::from(lamp.strength.r), 2.0, 1e-6);
+    // Half way between the cones it is half of what a point would give.
+    let x = 2.0 * spandrel_engine::math::tan(40f64.to_radians());
+    let cosine = spandrel_engine::math::cos(40f64.to_radians());
+    close(lux(&*lamp.light, &under(x)), 0.5 * cosine * cosine * cosine / 4.0, 1e-6);
+    assert_eq!(lux(&*lamp.light, &under(4.0)), 0.0);
+    // A tube of 1 m across is seen from afar as its candela.
+    let tube = LinearLight {
+        from: v(-0.5, 100.0, 0.0),
+        to: v(0.5, 100.0, 0.0),
+        flux: Some(PI * PI * 70.0),
+        ..LinearLight::default()
+    };
+    let lamp = tube.lamp("", none).unwrap();
+    close(lux(&*lamp.light, &floor()) * f64::from(lamp.strength.r), 70.0 / 1e4, 1e-4);
+    let sun = SunLight { time: "2026-06-21T23:59+09:00".into(), ..SunLight::default() };
+    assert!(!sun.lamp("", none).unwrap().shines(), "at night");
+}
+
+fn lamp_file(text: &str, is_eulumdat: bool) -> Photometry {
+    Photometry::parse(text.as_bytes(), is_eulumdat).unwrap()
+}
+
+/// An IES file of type C with a head of the user's.
+fn ies(numbers: &str) -> String {
+    format!("IESNA:LM-63-2002\n[TEST] ours\nTILT=NONE\n{numbers}\n")
+}
+
+#[test]
+fn photometry_is_read_in_all_types_and_symmetries() {
+    // The same in all directions, by each symmetry; 2 lamps, a multiplier and a ballast factor.
+    for horizontal in ["0", "0 90", "0 45 90", "0 90 180", "0 180 360", "90 180 270"] {
+        let count = horizontal.split(' ').count();
+        let candela = "50 50 50 ".repeat(count);
+        let lamp = lamp_file(
+            &ies(&format!(
+                "2 1000 2 3 {count} 1 2 0.1 0.2 0 \n0.5 1 40\n 0 90 180\n{horizontal}\n{candela}"
+            )),
+            false,
+        );
+        close(lamp.flux(), 4.0 * PI * 50.0, 1e-4);
+        assert_eq!((lamp.about.lamp_flux, lamp.about.watts), (Some(2000.0), 40.0));
+        for d in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z] {
+            close(lamp.intensity(d), 50.0, 1e-6);
+        }
+    }
+    // Each quarter by itself: planes are where they belong. C0 is x, C90 is y, gamma 0 is z.
+    let lamp = lamp_file(
+        &ies(
+            "1 -1 1 3 5 1 2 0 0 0 1 1 0\n0 45 90\n0 90 180 270 360\n9 9 1 9 9 2 9 9 3 9 9 4 9 9 1",
+        ),
+        false,
+    );
+    assert_eq!(lamp.about.lamp_flux, None);
+    for (d, candela) in [
+        (DVec3::X, 1.0),
+        (DVec3::Y, 2.0),
+        (DVec3::NEG_X, 3.0),
+        (DVec3::NEG_Y, 4.0),
+        (v(1.0, 1.0, 0.0).normalize(), 1.5),
+        (v(1.0, -1.0, 0.0).normalize(), 2.5),
+        (DVec3::Z, 9.0),
+        (DVec3::NEG_Z, 0.0),
+    ] {
+        assert!((lamp.intensity(d) - candela).abs() < 1e-6, "{d}: {}", lamp.intensity(d));
+    }
+    // Type B: the vertical angle turns about the axis across, the horizontal one is towards it.
+    let lamp =
+        lamp_file(&ies("1 -1 1 3 3 2 2 0 0 0 1 1 0\n-90 0 90\n-90 0 90\n1 1 1 2 3 4 5 5 5"), false);
+    assert_eq!(lamp.kind, Goniometer::B);
+    for (d, candela) in [
+        (DVec3::Z, 3.0),
+        (DVec3::Y, 4.0),
+        (DVec3::NEG_Y, 2.0),
+        (DVec3::X, 5.0),
+        (DVec3::NEG_X, 1.0),
+    ] {
+        assert!((lamp.intensity(d) - candela).abs() < 1e-6, "B {d}: {}", lamp.intensity(d));
+    }
+    // Type A: the horizontal angle turns about the vertical, the vertical one is the height; a half is
+    // mirrored.
+    let lamp = lamp_file(&ies("1 -1 1 3 2 3 2 0 0 0 1 1 0\n-90 0 90\n0 90\n1 3 5 1 2 5"), false);
+    for (d, candela) in [
+        (DVec3::Z, 3.0),
+        (DVec3::Y, 5.0),
+        (DVec3::NEG_Y, 1.0),
+        (DVec3::X, 2.0),
+        (DVec3::NEG_X, 2.0),
+    ] {
+        assert!((lamp.intensity(d) - candela).abs() < 1e-6, "A {d}: {}", lamp.intensity(d));
+    }
+    // A tilt table is passed over, words may stand anywhere, and there need be no first line.
+    let old =
+        "OLD LAMP\nTILT=INCLUDE\n1\n2\n0 90\n1 .9\n1 1000 1 2 1\n1 1 0 0 0 1 1,0 0\n90\n0 7\n7";
+    close(lamp_file(old, false).intensity(DVec3::Z), 7.0, 1e-6);
+}
+
+/// A EULUMDAT file, symmetric as asked, with the planes from 0 to 330 degrees.
+fn ldt(symmetry: u32, planes: &[&str]) -> String {
+    let head = format!("Maker\n1\n{symmetry}\n4\n90\n3\n45\nreport\nname\nnumber\nfile\ndate\n");
+    let sizes = "100\n100\n50\n80\n80\n0\n0\n0\n0\n100\n80\n1\n0\n1\n1\nLED\n2000\n3000\n80\n25\n";
+    let ratios = "0\n".repeat(10);
+    let angles = "0\n90\n180\n270\n0\n45\n90\n";
+    format!(
+        "{head}{sizes}{ratios}{angles}{}",
+        planes.iter().map(|p| p.replace(' ', "\n") + "\n").collect::<String>()
+    )
+}
+
+#[test]
+fn eulumdat_symmetries_show_every_side() {
+    let all = |text: &str| {
+        let lamp = lamp_file(text, true);
+        [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y].map(|d| lamp.intensity(d).round())
+    };
+    // In candela per kilolumen of 2000 lumen.
+    assert_eq!(all(&ldt(0, &["9 9 1", "9 9 2", "9 9 3", "9 9 4"])), [2.0, 4.0, 6.0, 8.0]);
+    assert_eq!(all(&ldt(1, &["9 9 1"])), [2.0; 4]);
+    // About the plane C0 to C180.
+    assert_eq!(all(&ldt(2, &["9 9 1", "9 9 2", "9 9 3"])), [2.0, 4.0, 6.0, 4.0]);
+    // About the plane C90 to C270; the planes are C270, C0, C90.
+    assert_eq!(all(&ldt(3, &["9 9 4", "9 9 1", "9 9 2"])), [2.0, 4.0, 2.0, 8.0]);
+    assert_eq!(all(&ldt(4, &["9 9 1", "9 9 2"])), [2.0, 4.0, 2.0, 4.0]);
+    let lamp = lamp_file(&ldt(1, &["9 9 1"]), true);
+    assert_eq!((lamp.about.lamp_flux, lamp.about.stated_flux), (Some(2000.0), Some(1600.0)));
+}
+
+#[test]
+fn lamps_of_makers_have_the_flux_that_they_state() {
+    let Some(folder) = data::find("photometry") else { return };
+    // Lumens that leave the luminaire: by LM-79 for absolute photometry (what the file says of its lamp),
+    // by the light output ratio in EULUMDAT; and a reference of somebody else's integration.
+    let stated = [("rab_flood_2.1.IES", Some(10_601.0)), ("rab_1.IES", Some(9_217.18))];
+    let mut checked = 0;
+    for file in data::files(&folder, &[".ies", ".ldt"]) {
+        let name = file.file_name().unwrap().to_string_lossy().into_owned();
+        let lamp = Photometry::read(&file).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let flux = lamp.flux();
+        assert!(flux > 0.0 && lamp.peak() > 0.0, "{name}");
+        let known = stated.iter().find(|(known, _)| *known == name).and_then(|(_, flux)| *flux);
+        let Some(known) = known.or(lamp.about.stated_flux) else { continue };
+        assert!((flux / known - 1.0).abs() < 0.01, "{name}: {flux}, stated {known}");
+        checked += 1;
+    }
+    assert!(checked >= 4, "{checked}");
+}
+
+#[test]
+fn a_damaged_lamp_file_is_an_error_that_says_where() {
+    let good = ies("1 1000 1 3 2 1 2 0 0 0 1 1 10\n0 45 90\n0 90\n1 2 3\n4 5 6");
+    lamp_file(&good, false);
+    let words: Vec<&str> = good.split_whitespace().collect();
+    let first = words.iter().position(|word| *word == "TILT=NONE").unwrap() + 1;
+    for at in first..words.len() {
+        for nonsense in ["x", "NaN", "inf", "-7", "1e400", "99999"] {
+            let mut damaged = words.clone();
+            damaged[at] = nonsense;
+            let text = format!(
+                "{}\nTILT=NONE\n{}",
+                damaged[..first - 1].join(" "),
+                damaged[first..].join(" ")
+            );
+            match Photometry::parse(text.as_bytes(), false) {
+                // Numbers that may be anything: lumens, sizes, watts, candela.
+                Ok(lamp) => assert!(lamp.flux().is_finite(), "{text}"),
+                Err(error) => {
+                    assert!(error.to_string().contains("line "), "{error}");
+                    continue;
+                }
+            }
+            assert!(nonsense == "99999" || nonsense == "-7", "{nonsense} at {at}");
+        }
+    }
+    let good = ldt(0, &["9 9 1", "9 9 2", "9 9 3", "9 9 4"]);
+    let lines: Vec<&str> = good.lines().collect();
+    for at in 0..lines.len() {
+        let mut damaged = lines.clone();
+        damaged[at] = "x";
+        if let Err(error) = Photometry::parse(damaged.join("\n").as_bytes(), true) {
+            assert!(error.to_string().contains(&format!("line {}", at + 1)), "{at}: {error}");
+        }
+        let cut = lines[..at].join("\n");
+        assert!(Photometry::parse(cut.as_bytes(), true).is_err());
+    }
+    for text in ["", "TILT=", "IESNA91\n", "TILT=NONE\n1 1 1 4096 4096 1 1 0 0 0 1 1 1 0"] {
+        assert!(Photometry::parse(text.as_bytes(), false).is_err(), "{text}");
+    }
+    let missing =
+        PointLight { lamp: Some(LampFile("no such lamp.ies".into())), ..PointLight::default() };
+    let error = missing.lamp("", Path::new("somewhere")).unwrap_err().message;
+    assert!(error.contains("no such lamp.ies"), "{error}");
+}
+
+#[test]
+fn lights_refuse_what_no_light_has() {
+    let none = Path::new("");
+    let bad_numbers = [f64::NAN, f64::INFINITY, -1.0];
+    for bad in bad_numbers {
+        let faults = [
+            (
+                ParallelLight { illuminance: bad, ..Default::default() }.lamp("", none),
+                "illuminance",
+            ),
+            (PointLight { intensity: Some(bad), ..Default::default() }.lamp("", none), "intensity"),
+            (PointLight { flux: Some(bad), ..Default::default() }.lamp("", none), "flux"),
+            (SpotLight { intensity: bad, ..Default::default() }.lamp("", none), "intensity"),
+            (
+                LinearLight { intensity: Some(bad), ..Default::default() }.lamp("", none),
+                "intensity",
+            ),
+            (AreaLight { luminance: bad, ..Default::default() }.lamp("", none), "luminance"),
+            (PolyhedralLight { luminance: bad, ..Default::default() }.lamp("", none), "luminance"),
+            (SkyLight { illuminance: bad, ..Default::default() }.lamp("", none), "illuminance"),
+            (AmbientLight { illuminance: bad, ..Default::default() }.lamp("", none), "illuminance"),
+            (
+                SunLight { illuminance: Some(bad), ..Default::default() }.lamp("", none),
+                "illuminance",
+            ),
+            (
+                ParallelLight { temperature: Some(bad), ..Default::default() }.lamp("", none),
+                "temperature",
+            ),
+            (
+                ParallelLight { color: Color::new(0.0, bad as f32, 0.0), ..Default::default() }
+                    .lamp("", none),
+                "color",
+            ),
+        ];
+        for (made, field) in faults {
+            assert_eq!(made.unwrap_err().field, field, "{bad}");
+        }
+    }
+    let line = vec![v(0.0, 0.0, 0.0), v(1.0, 0.0, 0.0), v(2.0, 0.0, 0.0)];
+    let faults = [
+        (AreaLight { outline: line, ..Default::default() }.lamp("", none), "outline"),
+        (AreaLight { outline: vec![], ..Default::default() }.lamp("", none), "outline"),
+        (
+            AreaLight { outline: vec![DVec3::NAN; 3], ..Default::default() }.lamp("", none),
+            "outline",
+        ),
+        (
+            AreaLight {
+                outline: vec![DVec3::ZERO, DVec3::X, v(1.0, 1.0, 1.0), DVec3::Y],
+                ..Default::default()
+            }
+            .lamp("", none),
+            "outline",
+        ),
+        (LinearLight { to: v(-0.5, 0.0, 0.0), ..Default::default() }.lamp("", none), "to"),
+        (
+            PolyhedralLight { faces: vec![vec![0, 1, 9]], ..Default::default() }.lamp("", none),
+            "faces",
+        ),
+        (PolyhedralLight { faces: vec![], ..Default::default() }.lamp("", none), "faces"),
+        (
+            SpotLight { angle: 10.0, inner_angle: 20.0, ..Default::default() }.lamp("", none),
+            "inner_angle",
+        ),
+        (SunLight { time: "noon".into(), ..Default::default() }.lamp("", none), "time"),
+        (SunLight { latitude: 95.0, ..Default::default() }.lamp("", none), "latitude"),
+        (
+            PointLight { intensity: Some(1.0), flux: Some(1.0), ..Default::default() }
+                .lamp("", none),
+            "flux",
+        ),
+    ];
+    for (made, field) in faults {
+        assert_eq!(made.unwrap_err().field, field);
+    }
+}
+
+#[test]
+fn no_receiver_makes_light_that_is_not_finite() {
+    let none = Path::new("");
+    let entries = [
+        Entry::PointLight(PointLight::default()),
+        Entry::SpotLight(SpotLight::default()),
+        Entry::LinearLight(LinearLight::default()),
+        Entry::AreaLight(AreaLight::default()),
+        Entry::PolyhedralLight(PolyhedralLight::default()),
+        Entry::SkyLight(SkyLight::default()),
+    ];
+    // In the source, on its edge, on its corner, in its plane, far away.
+    let places = [
+        DVec3::ZERO,
+        v(0.5, 0.0, 0.0),
+        v(0.5, 0.0, 0.5),
+        v(9.0, 0.0, 0.0),
+        v(1e-300, 0.0, 0.0),
+        v(1e20, 1e20, 0.0),
+        v(0.5, -0.5, 0.5),
+    ];
+    for entry in entries {
+        let lamp = entry.lamp("", none).unwrap();
+        for position in places {
+            for normal in [DVec3::Y, DVec3::NEG_Y, DVec3::X] {
+                let at = Receiver { position, normal };
+                assert!(lamp.light.irradiance(&at).is_finite(), "{entry:?} {position}");
+                for choice in [DVec2::ZERO, DVec2::splat(0.5), DVec2::new(0.999_999_999, 0.0)] {
+                    let sample = lamp.light.sample(&at, choice);
+                    assert!(sample.irradiance.is_finite(), "{entry:?} {position}");
+                }
+            }
+        }
+    }
+}

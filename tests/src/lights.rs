@@ -1,0 +1,25 @@
+//! Lights for tests.
+
+use glam::DVec3;
+use spandrel_engine::color::Color;
+use spandrel_engine::light::sky::Ambient;
+use spandrel_engine::light::{Lamp, Light, point};
+use spandrel_engine::shade::{Illuminate, Shadows};
+use std::sync::Arc;
+
+/// A lamp of strength 1.
+pub fn lamp(light: impl Light + 'static) -> Lamp {
+    Lamp::new("lamp", true, Color::WHITE, Arc::new(light))
+}
+
+/// Parallel light that travels along a direction.
+pub fn sun(direction: impl Into<DVec3>, color: Color) -> Lamp {
+    let toward = -direction.into().normalize();
+    Lamp::new("sun", true, color, Arc::new(point::Parallel { toward }))
+}
+
+/// Lamps, and light from above and below, without shadows.
+pub fn illuminate(mut lamps: Vec<Lamp>, above: Color, below: Color) -> Illuminate {
+    lamps.push(Lamp::new("ambient", true, Color::WHITE, Arc::new(Ambient { above, below })));
+    Illuminate { lamps, white: 1.0, shadows: Shadows::None, samples: 16 }
+}
