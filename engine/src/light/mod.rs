@@ -106,6 +106,12 @@ impl Lamp {
         Lamp { name: name.into(), ..self.clone() }
     }
 
+    /// The same lamp with a share of its strength.
+    #[must_use]
+    pub fn dimmed(&self, share: f32) -> Lamp {
+        Lamp { strength: self.strength * share, ..self.clone() }
+    }
+
     /// What its light is, whatever its strength.
     pub fn key(&self) -> Key {
         *self.key.get_or_init(|| Key::of(&*self.light))

@@ -9,7 +9,7 @@ use super::rule::{Framing, Rule, Share, shares};
 use crate::fragment::{Kept, World};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
-use crate::shadow::{self, Dark};
+use crate::shadow::{self, Dark, Patches};
 use crate::span::{FaceId, SpanImage};
 use crate::trace::Toward;
 
@@ -38,10 +38,18 @@ pub(super) struct Shadows<'a> {
 #[derive(Default)]
 struct Row {
     shares: Vec<Share>,
-    /// By column: the faces that are in shadow, and what of the pixel is dark on them.
-    dark: Vec<Vec<(FaceId, f32)>>,
-    /// Whether there is any.
-    has_any: bool,
+    /// What of a pixel is dark on a face, by column and face.
+    dark: Vec<Part>,
+    /// Where the parts of each column begin, and the end.
+    columns: Vec<u32>,
+}
+
+/// A part of a pixel, on a face.
+#[derive(Clone, Copy)]
+struct Part {
+    column: u32,
+    face: FaceId,
+    dark: f32,
 }
 
 impl<'a> Shadows<'a> {
@@ -71,14 +79,14 @@ impl<'a> Shadows<'a> {
     }
 
     fn of(&self, row: &Row, spot: &Spot) -> f32 {
-        if !row.has_any {
+        if row.dark.is_empty() {
             return 1.0;
         }
         let first = self.framing.columns.start;
         let dark = |columns: &Range<u32>| {
-            let cells = &row.dark[(columns.start - first) as usize..(columns.end - first) as usize];
-            let of_face = cells.iter().flatten().filter(|(face, _)| *face == spot.face);
-            of_face.map(|(_, dark)| *dark).sum::<f32>()
+            let ends = [columns.start, columns.end].map(|c| row.columns[(c - first) as usize]);
+            let parts = &row.dark[ends[0] as usize..ends[1] as usize];
+            parts.iter().filter(|part| part.face == spot.face).map(|part| part.dark).sum::<f32>()
         };
         let mut columns = spot.column..spot.column + 1;
         if spot.is_whole {
@@ -134,7 +142,7 @@ impl<'a> Shadows<'a> {
         let plan = self.image.plan();
         let all = plan.lines(&(0..self.image.view().raster().height));
         let shares = shares(self.rule, plan, self.framing, row, all.end);
-        let mut dark: Vec<Vec<(FaceId, f32)>> = vec![Vec::new(); self.framing.columns.len()];
+        let mut parts = Vec::new();
         let per_chunk = CHUNK * plan.per_row;
         let mut chunk: Option<(u32, Arc<shadow::Lines>)> = None;
         for share in &shares {
@@ -146,12 +154,12 @@ impl<'a> Shadows<'a> {
             let range = self.image.lines().range();
             let first = (k / per_chunk * per_chunk).max(range.start);
             for shadow in &lines[(k - first) as usize] {
-                self.add(shadow, share, &mut dark);
+                self.add(shadow, share, &mut parts);
             }
             chunk = Some((k / per_chunk, lines));
         }
-        let has_any = dark.iter().any(|cell| !cell.is_empty());
-        let made = Arc::new(Row { shares, dark, has_any });
+        let (dark, columns) = by_column(&parts, &self.framing.columns);
+        let made = Arc::new(Row { shares, dark, columns });
         self.rows.borrow_mut().insert((key, row), made.clone());
         made
     }
@@ -165,14 +173,21 @@ impl<'a> Shadows<'a> {
         let per_chunk = CHUNK * self.image.plan().per_row;
         let range = self.image.lines().range();
         let lines = (at * per_chunk).max(range.start)..((at + 1) * per_chunk).min(range.end);
-        let cast = Arc::new(shadow::cast(self.image, world, from, lines));
+        let of_world = patches_key(world);
+        let known = memo.get(of_world, at).and_then(|kept| kept.downcast().ok());
+        let patches: Arc<Patches> = known.unwrap_or_else(|| {
+            let patches = Arc::new(Patches::new(self.image, world, lines.clone()));
+            memo.put(of_world, at, patches.clone() as Kept, patches.bytes());
+            patches
+        });
+        let cast = Arc::new(shadow::cast(self.image, &patches, world, from, lines));
         let bytes = cast.iter().map(|line| size_of_val(&**line) + size_of_val(line)).sum();
         memo.put(key, at, cast.clone() as Kept, bytes);
         cast
     }
 
     /// Adds the part of a shadow that a share of its line's strip has to the pixels that it touches.
-    fn add(&self, shadow: &Dark, share: &Share, dark: &mut [Vec<(FaceId, f32)>]) {
+    fn add(&self, shadow: &Dark, share: &Share, parts: &mut Vec<Part>) {
         let Framing { scale, pan, columns, .. } = self.framing;
         let n = f64::from(self.image.plan().per_row);
         let (from, to) = match self.rule {
@@ -195,14 +210,40 @@ impl<'a> Shadows<'a> {
             if part <= 0.0 {
                 continue;
             }
-            let cell = &mut dark[(column - columns.start) as usize];
-            let part = (part * weight) as f32;
-            match cell.iter_mut().find(|(face, _)| *face == shadow.face) {
-                Some((_, sum)) => *sum += part,
-                None => cell.push((shadow.face, part)),
-            }
+            let dark = (part * weight) as f32;
+            parts.push(Part { column, face: shadow.face, dark });
         }
     }
+}
+
+/// Parts by column, those of one face in one column added up; and where each column's begin.
+fn by_column(parts: &[Part], columns: &Range<u32>) -> (Vec<Part>, Vec<u32>) {
+    let mut begins = vec![0u32; columns.len() + 1];
+    let at = |part: &Part| (part.column - columns.start) as usize;
+    parts.iter().for_each(|part| begins[at(part) + 1] += 1);
+    for i in 0..columns.len() {
+        begins[i + 1] += begins[i];
+    }
+    let nothing = Part { column: 0, face: FaceId::NONE, dark: 0.0 };
+    let mut sorted = vec![nothing; parts.len()];
+    let mut next = begins.clone();
+    for part in parts {
+        let slot = &mut next[at(part)];
+        sorted[*slot as usize] = *part;
+        *slot += 1;
+    }
+    let (mut kept, mut ends) = (Vec::new(), vec![0u32]);
+    for column in 0..columns.len() {
+        let first = kept.len();
+        for part in &sorted[begins[column] as usize..begins[column + 1] as usize] {
+            match kept[first..].iter_mut().find(|known: &&mut Part| known.face == part.face) {
+                Some(known) => known.dark += part.dark,
+                None => kept.push(*part),
+            }
+        }
+        ends.push(kept.len() as u32);
+    }
+    (kept, ends)
 }
 
 /// What of a pixel lies left of a boundary that leans.
@@ -223,6 +264,13 @@ fn left_of([top, bottom]: [f64; 2], pixel: f64) -> f64 {
         if z < 1.0 { z * z / 2.0 } else { z - 0.5 }
     };
     (integral(bottom) - integral(top)) / (bottom - top)
+}
+
+/// What the patches that receive the shadows of a world are known by.
+fn patches_key(world: &World) -> Key {
+    let mut key = KeyHasher::new("patches");
+    key.key(world.key());
+    key.finish()
 }
 
 /// What the shadows of a light in a world are known by.

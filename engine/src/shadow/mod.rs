@@ -50,7 +50,7 @@ pub struct Dark {
 }
 
 /// A visible part of a face on a line.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Seen {
     face: FaceId,
     tile: u32,
@@ -65,50 +65,69 @@ type Side = Plane;
 /// The shadows of lines: by line, sorted by face and then from left to right.
 pub type Lines = Vec<Vec<Dark>>;
 
-/// The shadows that fall on the faces of an image on the lines `lines`, from everything in a world, in the
-/// light from one place. Only faces of sources that are lit in that world receive them.
-pub fn cast(image: &SpanImage, world: &World, from: Toward, lines: Range<u32>) -> Lines {
-    let receives: Vec<bool> = image
-        .sources()
-        .iter()
-        .map(|source| {
-            source.stack.iter().any(|stage| match stage {
-                Stage::Shade(shading) => shading.world().is_some_and(|w| w.key() == world.key()),
-                _ => false,
-            })
-        })
-        .collect();
-    let raster = image.view().raster();
-    let mut seen = Vec::new();
-    for k in lines.clone() {
-        let line = image.lines().line(k);
-        let ends = line.iter().skip(1).map(|span| span.x).chain([raster.cells()]);
-        let spans = line.iter().zip(ends).map(|(span, end)| (span.face, span.x, end));
-        let layers = image.layers().line(k).iter().map(|s| (s.face, s.start, s.end));
-        for (face, start, end) in spans.chain(layers) {
-            if face.is_some() && receives[image.locate(face).0] {
-                let (from, to) = (raster.pixels(start), raster.pixels(end));
-                let mut left = from;
-                while left < to {
-                    let tile = (left / TILE).floor();
-                    let right = ((tile + 1.0) * TILE).min(to);
-                    seen.push(Seen { face, tile: tile as u32, k, from: left, to: right });
-                    left = right;
+/// The visible parts of faces on some lines, patch by patch: the same for all lights.
+#[derive(Debug, Default)]
+pub struct Patches(Vec<Seen>);
+
+impl Patches {
+    /// The patches of an image on the lines `lines`. Only faces of sources that are lit in the world
+    /// receive its shadows.
+    pub fn new(image: &SpanImage, world: &World, lines: Range<u32>) -> Patches {
+        let looks_around = |stage: &Stage| match stage {
+            Stage::Shade(shading) => shading.world().is_some_and(|w| w.key() == world.key()),
+            _ => false,
+        };
+        let sources = image.sources().iter();
+        let receives: Vec<bool> = sources.map(|s| s.stack.iter().any(looks_around)).collect();
+        let raster = image.view().raster();
+        let mut seen = Vec::new();
+        for k in lines {
+            let line = image.lines().line(k);
+            let ends = line.iter().skip(1).map(|span| span.x).chain([raster.cells()]);
+            let spans = line.iter().zip(ends).map(|(span, end)| (span.face, span.x, end));
+            let layers = image.layers().line(k).iter().map(|s| (s.face, s.start, s.end));
+            for (face, start, end) in spans.chain(layers) {
+                if face.is_some() && receives[image.locate(face).0] {
+                    let (mut left, end) = (raster.pixels(start), raster.pixels(end));
+                    while left < end {
+                        let tile = (left / TILE).floor();
+                        let right = ((tile + 1.0) * TILE).min(end);
+                        seen.push(Seen { face, tile: tile as u32, k, from: left, to: right });
+                        left = right;
+                    }
                 }
             }
         }
+        seen.sort_unstable_by_key(|seen| (seen.face, seen.tile, seen.k));
+        Patches(seen)
     }
-    seen.sort_unstable_by_key(|seen| (seen.face, seen.tile, seen.k));
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.0)
+    }
+}
+
+/// The shadows that fall on the faces of an image on the lines `lines`, from everything in a world, in the
+/// light from one place.
+pub fn cast(
+    image: &SpanImage,
+    patches: &Patches,
+    world: &World,
+    from: Toward,
+    lines: Range<u32>,
+) -> Lines {
     let casters: Vec<(usize, &Casters)> = world.casters().collect();
     let mut dark: Lines = vec![Vec::new(); lines.len()];
     let mut work = Work { image, world, casters, from, sides: Vec::new() };
-    for patch in seen.chunk_by(|a, b| (a.face, a.tile) == (b.face, b.tile)) {
+    for patch in patches.0.chunk_by(|a, b| (a.face, a.tile) == (b.face, b.tile)) {
         work.patch(patch, lines.start, &mut dark);
     }
     let half = 0.5 / f64::from(image.plan().per_row);
     for (k, line) in lines.zip(&mut dark) {
         unite(line);
         line.iter_mut().for_each(|dark| dark.keep_within(image, k, half));
+        line.shrink_to_fit();
     }
     dark
 }
