@@ -4,6 +4,7 @@
 use glam::{DVec2, DVec3};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
+use spandrel_engine::fragment::Gloss;
 use spandrel_engine::image::Image;
 use spandrel_engine::light::polygon::{Polygon, Surface};
 use spandrel_engine::light::sky::{Sky, SkyModel};
@@ -13,7 +14,7 @@ use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Transform,
 };
-use spandrel_engine::shade::{Illuminate, Shadows};
+use spandrel_engine::shade::{Fog, Illuminate, Recolor, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, lamp, sun};
@@ -416,4 +417,41 @@ fn a_dimmed_light_is_a_sum_and_a_moved_one_is_itself_alone() {
     assert!(keys > kept.0);
     let fresh = spans(&[scene("boxes", boxes(3, 10, 4.0))], &side_view(4.0, 96, 64), 4);
     assert_eq!(red(&shown(&fresh, 1.0, 1.5, true)), red(&moved));
+}
+
+#[test]
+fn layers_of_lights_sum_to_the_picture() {
+    // Boxes, panes over them, gloss, glow, a fog, a correction.
+    let mut mesh = boxes(4, 8, 4.0);
+    mesh.materials = vec!["pane".into()];
+    let ring: Vec<u32> =
+        level([-2.0, 2.0], 1.5, [-2.0, 2.0]).iter().map(|p| mesh.add_point(*p)).collect();
+    mesh.add_polygon(&ring, Some(0)).unwrap();
+    let mut scene = Scene::clone(&scene("boxes", mesh));
+    scene.materials[0].finish.gloss = Gloss::Phong { share: 0.3, exponent: 12.0 };
+    scene.materials[0].finish.glow = Color::new(0.02, 0.01, 0.0);
+    let image = spans(&[Arc::new(scene)], &side_view(4.0, 64, 48), 4);
+    let lamps = || {
+        let mut first = sun((-0.6, -1.0, 0.35), Color::new(0.5, 0.4, 0.3));
+        first.name = "key light".into();
+        vec![first, point_lamp(v(1.0, 3.0, 1.5))]
+    };
+    let fog = Fog { density: 0.05, color: Color::new(0.5, 0.6, 0.7), start: 1.0 };
+    let grade =
+        Recolor { multiply: Color::new(1.1, 0.9, 1.0), add: Color::grey(0.01), saturation: 0.7 };
+    let shaded = lit(&image, lamps(), Shadows::Volumes);
+    let shaded = shaded.shaded(Arc::new(fog)).unwrap().shaded(Arc::new(grade)).unwrap();
+    let framing = Framing::scaled(image.view().raster(), DVec2::ONE).unwrap();
+    let both = BTreeSet::from([Channel::Color, Channel::Light]);
+    let shown = resolve(&shaded, Rule::Sloped(4), &framing, &both).unwrap();
+    let layers = ["light_key_light", "light_point", "light_ambient", "light_rest"];
+    for axis in ["R", "G", "B"] {
+        let parts = layers.map(|layer| shown.float(&format!("{layer}.{axis}")).unwrap());
+        for (i, whole) in shown.float(axis).unwrap().iter().enumerate() {
+            let sum: f32 = parts.iter().map(|part| part[i]).sum();
+            assert!((sum - whole).abs() < 1e-5, "{axis} {i}: {sum} {whole}");
+        }
+        assert!(parts[0].iter().any(|v| *v > 0.01) && parts[1].iter().any(|v| *v > 0.01));
+    }
+    assert_eq!(shown.float("R"), picture(&shaded).float("R"));
 }

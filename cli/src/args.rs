@@ -110,8 +110,11 @@ pub(crate) struct Nodes {
 /// Says what is in a file, and what is wrong with it.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Info {
-    /// A scene of any format, a graph, or a .span file.
+    /// A scene of any format, a graph, a .span file, or a lamp's photometry (.ies, .ldt).
     pub(crate) file: PathBuf,
+    /// Draws a lamp's intensities to this .svg.
+    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 /// Converts a scene to Spandrel's own text (.ron) or binary (.scene) format.

@@ -12,15 +12,19 @@ use std::fmt::Write;
 use std::path::Path;
 
 use crate::args::Info;
-use crate::{exit, print};
+use crate::{exit, lamp, print};
 
 pub(crate) fn run(args: &Info) -> u8 {
     let is_graph = args.file.extension().is_some_and(|e| e == "ron")
         && std::fs::read_to_string(&args.file).is_ok_and(|text| starts_with_graph(&text));
     let is_spans = args.file.extension().is_some_and(|e| e == "span");
-    let info = match (is_graph, is_spans) {
-        (true, _) => graph(&args.file),
-        (_, true) => spans(&args.file),
+    let info = match (is_graph, is_spans, lamp::is_lamp(&args.file)) {
+        (_, _, true) => lamp::info(&args.file, args.output.as_deref()),
+        _ if args.output.is_some() => {
+            Err(Error::in_file(&args.file, "only lamps (.ies, .ldt) are drawn: leave out `-o`"))
+        }
+        (true, ..) => graph(&args.file),
+        (_, true, _) => spans(&args.file),
         _ => scene(&args.file),
     };
     match info {

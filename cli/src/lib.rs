@@ -15,6 +15,7 @@ mod diff;
 mod difference;
 mod exit;
 mod info;
+mod lamp;
 mod inspect;
 mod measure;
 mod merge;

@@ -69,6 +69,48 @@ pub struct Fragments<'v> {
     pub alpha: Vec<f32>,
     /// Whether lights leave the surface alone ([`Columns::COLOR`]).
     pub unlit: Vec<bool>,
+    /// The parts that the colour is the sum of, if anybody wants to know.
+    pub layers: Option<Layers>,
+}
+
+/// Colours by what they come from: the lights by their names, and [`Layers::REST`] for all else. Each has
+/// a colour for every fragment, and their sum is the fragments' colour.
+///
+/// A shader that only weakens colour weakens all layers alike; what it adds itself goes to the rest. One
+/// that replaces the colour leaves nothing but the rest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layers(Vec<(String, Vec<Color>)>);
+
+impl Layers {
+    /// The name of what comes from no light: glow, fog, surfaces that are not lit.
+    pub const REST: &'static str = "rest";
+
+    /// The layers by name.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &[Color])> {
+        self.0.iter().map(|(name, colors)| (name.as_str(), &colors[..]))
+    }
+
+    /// The layer of a name, black at first, of so many fragments.
+    pub fn layer(&mut self, name: &str, count: usize) -> &mut [Color] {
+        let known = self.0.iter().position(|(known, _)| known == name);
+        let at = known.unwrap_or_else(|| {
+            self.0.push((name.to_owned(), vec![Color::BLACK; count]));
+            self.0.len() - 1
+        });
+        &mut self.0[at].1
+    }
+
+    /// Takes all layers away.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// Changes all layers of each fragment.
+    pub fn map(&mut self, change: impl Fn(usize, Color) -> Color) {
+        for (_, colors) in &mut self.0 {
+            colors.iter_mut().enumerate().for_each(|(i, color)| *color = change(i, *color));
+        }
+    }
 }
 
 impl<'v> Fragments<'v> {
@@ -88,6 +130,7 @@ impl<'v> Fragments<'v> {
             color: Vec::new(),
             alpha: Vec::new(),
             unlit: Vec::new(),
+            layers: None,
         }
     }
 
@@ -144,6 +187,9 @@ impl<'v> Fragments<'v> {
         surfaces.fill(wanted, self);
         if wanted.contains(Columns::COLOR) {
             self.alpha.resize(self.len(), 1.0);
+        }
+        if let Some(layers) = &mut self.layers {
+            layers.layer(Layers::REST, self.color.len()).copy_from_slice(&self.color);
         }
     }
 }
@@ -212,6 +258,11 @@ pub struct Origin {
 pub trait Shader: Send + Sync + Debug {
     /// The columns that it reads.
     fn reads(&self) -> Columns;
+
+    /// The names of the [layers](Fragments::layers) that it makes.
+    fn layers(&self) -> Vec<String> {
+        Vec::new()
+    }
 
     /// Changes the fragments' columns. Every column in [`reads`](Shader::reads), and the colour, is
     /// filled.

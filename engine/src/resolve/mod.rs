@@ -30,9 +30,10 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::error::{Error, Result};
-use crate::fragment::Columns;
+use crate::fragment::{Columns, Layers, Stage};
 use crate::image::{Image, Samples, Window};
 use crate::span::SpanImage;
+use crate::span::image::Intensities;
 use crate::visible::probe::Index;
 use stream::{Pixels, Stream};
 
@@ -64,6 +65,9 @@ pub enum Channel {
     P,
     /// `id`: the object, as a hash of its name; 0 is background.
     Id,
+    /// `light_NAME.R`, `.G`, `.B` for each light: what it adds to the colour, as it is shown; and
+    /// `light_rest`, what comes from none. They sum to the colour.
+    Light,
     /// `aa_error`: an estimate of the error of antialiasing: by which share of the pixel its coverage may
     /// be off, 0 to 1.
     #[serde(rename = "aa_error")]
@@ -96,13 +100,13 @@ pub fn resolve(
         return Err(Error::invalid(format!("rows {needed:?} are needed, the image has {held:?}")));
     }
     rule.check_filter(framing.filter)?;
+    let wants_color = [Channel::Color, Channel::Light].iter().any(|c| channels.contains(c));
     for source in image.sources().iter().filter(|source| !source.faces.faces().is_empty()) {
-        let shading =
-            if channels.contains(&Channel::Color) { source.reads() } else { Columns::NONE };
+        let shading = if wants_color { source.reads() } else { Columns::NONE };
         let normals = if channels.contains(&Channel::N) { Columns::NORMAL } else { Columns::NONE };
         source.surfaces.offers(shading | normals)?;
     }
-    if channels.contains(&Channel::Color) {
+    if wants_color {
         image.check_worlds()?;
     }
     let index = rule.tolerance().map(|_| Index::new(image));
@@ -112,7 +116,12 @@ pub fn resolve(
         width: framing.columns.len() as u32,
         height: framing.rows.len() as u32,
     };
-    let intensities = intensity::of(image);
+    let names_of_layers =
+        if channels.contains(&Channel::Light) { layers(image) } else { Vec::new() };
+    let nothing = Intensities::new(vec![None; image.face_count()]);
+    // What is kept of faces has no layers.
+    let has_layers = channels.contains(&Channel::Light);
+    let intensities = if has_layers { &nothing } else { intensity::of(image) };
     let area = |channel: Channel| if channels.contains(&channel) { window.area() } else { 0 };
     let float = |channel: Channel| vec![0.0f32; area(channel)];
     let mut color: [Vec<f32>; 4] = std::array::from_fn(|_| float(Channel::Color));
@@ -121,12 +130,14 @@ pub fn resolve(
     let mut z = float(Channel::Z);
     let mut error = float(Channel::Error);
     let mut id = vec![0u32; area(Channel::Id)];
+    let mut layers = vec![float(Channel::Light); 3 * names_of_layers.len()];
     let bands = window.height.div_ceil(BAND) as usize;
     let mut parts: Vec<Pixels<'_>> = (0..bands).map(|_| Pixels::default()).collect();
     let rows = BAND as usize * window.width as usize;
     deal(&mut color, rows, &mut parts, |part, i, values| part.color[i] = values);
     deal(&mut normal, rows, &mut parts, |part, i, values| part.normal[i] = values);
     deal(&mut position, rows, &mut parts, |part, i, values| part.position[i] = values);
+    deal(&mut layers, rows, &mut parts, |part, _, values| part.layers.push(values));
     deal(std::slice::from_mut(&mut z), rows, &mut parts, |part, _, values| part.z = values);
     deal(std::slice::from_mut(&mut error), rows, &mut parts, |part, _, values| part.error = values);
     deal(std::slice::from_mut(&mut id), rows, &mut parts, |part, _, values| part.id = values);
@@ -140,6 +151,7 @@ pub fn resolve(
                     coverage = coverage.with_estimates();
                 }
                 Stream::new(image, rule, framing, intensities, channels, coverage)
+                    .with_layers(&names_of_layers)
             },
             |stream, (band, part)| {
                 let first = framing.rows.start + band as u32 * BAND;
@@ -163,11 +175,37 @@ pub fn resolve(
             }
         }
     }
+    let mut layers = layers.into_iter();
+    for name in &names_of_layers {
+        for (axis, values) in ["R", "G", "B"].into_iter().zip(layers.by_ref()) {
+            picture.insert(&format!("{}.{axis}", layer_name(name)), Samples::Float(values))?;
+        }
+    }
     if channels.contains(&Channel::Id) {
         picture.insert("id", Samples::Id(id))?;
         picture.names = names.into_iter().flatten().collect();
     }
     Ok(picture)
+}
+
+/// The names of all layers of an image.
+fn layers(image: &SpanImage) -> Vec<String> {
+    let stages = image.sources().iter().flat_map(|source| &source.stack);
+    let names = stages.filter_map(|stage| match stage {
+        Stage::Shade(shading) => Some(shading.shader().layers()),
+        _ => None,
+    });
+    let mut names: Vec<String> = names.flatten().collect();
+    names.sort();
+    names.dedup();
+    names.push(Layers::REST.to_owned());
+    names
+}
+
+/// A layer's name as compositors take it: letters, digits and `_`.
+fn layer_name(name: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    format!("light_{}", name.chars().map(plain).collect::<String>())
 }
 
 /// Deals runs of values to the parts of a picture, channel by channel.

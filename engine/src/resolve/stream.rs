@@ -13,7 +13,7 @@ use super::Channel;
 use super::coverage::{Cover, Coverage};
 use super::lit::{Shadows, Spot};
 use super::rule::{Framing, Rule};
-use crate::fragment::{Batch, Columns, Fragments, Kept, World};
+use crate::fragment::{Batch, Columns, Fragments, Kept, Layers, World};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
@@ -32,6 +32,8 @@ pub(super) struct Pixels<'p> {
     pub(super) position: [&'p mut [f32]; 3],
     pub(super) error: &'p mut [f32],
     pub(super) id: &'p mut [u32],
+    /// Red, green and blue of each layer.
+    pub(super) layers: Vec<&'p mut [f32]>,
 }
 
 /// Shades the covers of rows and adds them up.
@@ -47,6 +49,8 @@ pub(super) struct Stream<'a> {
     covers: Vec<Cover>,
     /// Ids of objects by source and ordinal.
     objects: HashMap<(usize, u32), u32>,
+    /// The names of the layers that are wanted.
+    layers: &'a [String],
 }
 
 /// The fragments of a band of rows.
@@ -170,7 +174,13 @@ impl<'a> Stream<'a> {
             key: key.finish(),
             covers: Vec::new(),
             objects: HashMap::new(),
+            layers: &[],
         }
+    }
+
+    /// The same with layers of these names.
+    pub(super) fn with_layers(self, layers: &'a [String]) -> Stream<'a> {
+        Stream { layers, ..self }
     }
 
     /// Computes the pixels of rows of the picture, band `band`; returns what ids mean.
@@ -183,6 +193,7 @@ impl<'a> Stream<'a> {
         // Zero already, but written here: a fresh page that is read before it is written costs a fault
         // more and, with several threads, an interrupt of all processors. Measured: half of the time.
         pixels.color.iter_mut().for_each(|channel| channel.fill(0.0));
+        pixels.layers.iter_mut().for_each(|channel| channel.fill(0.0));
         let known = self.image.memo().get(self.key, band).and_then(|kept| kept.downcast().ok());
         let gathered: Arc<Gathered> = known.unwrap_or_else(|| {
             let gathered = Arc::new(self.gather(&rows));
@@ -194,16 +205,17 @@ impl<'a> Stream<'a> {
             pixels.error.copy_from_slice(&gathered.errors);
         }
         let mut most = gathered.most.clone();
-        if self.channels.contains(&Channel::Color) {
+        if self.wants_color() {
             for (face, first, count, area) in &gathered.alike {
                 let Some(paint) = self.intensities.of(*face) else { continue };
                 (*first..first + count).for_each(|at| add(&mut pixels, at as usize, paint, *area));
             }
             for (number, group) in gathered.batches.iter().enumerate() {
                 let fragments = self.shade(group, band, number);
-                let paints = fragments.color.into_iter().zip(fragments.alpha);
-                for ((at, area), (color, alpha)) in group.pixels.iter().zip(paints) {
-                    add(&mut pixels, *at as usize, Paint { color, alpha }, *area);
+                for (i, (at, area)) in group.pixels.iter().enumerate() {
+                    let paint = Paint { color: fragments.color[i], alpha: fragments.alpha[i] };
+                    add(&mut pixels, *at as usize, paint, *area);
+                    self.add_layers(&mut pixels, *at as usize, &fragments, i, area * paint.alpha);
                 }
             }
         }
@@ -211,12 +223,18 @@ impl<'a> Stream<'a> {
         self.most(&most, &mut pixels)
     }
 
+    fn wants_color(&self) -> bool {
+        self.channels.contains(&Channel::Color) || self.channels.contains(&Channel::Light)
+    }
+
     /// Finds the fragments of rows.
     fn gather(&mut self, rows: &Rows) -> Gathered {
         let width = self.framing.columns.len();
-        let wants_color = self.channels.contains(&Channel::Color);
-        let wants_most =
-            self.channels.iter().any(|c| !matches!(c, Channel::Color | Channel::Error));
+        let wants_color = self.wants_color();
+        let wants_most = self
+            .channels
+            .iter()
+            .any(|c| !matches!(c, Channel::Color | Channel::Light | Channel::Error));
         let wants_error = self.channels.contains(&Channel::Error);
         let nothing = (0.0f32, Point { face: FaceId::NONE, x: 0.0, y: 0.0 });
         let sources = self.image.sources().len();
@@ -317,6 +335,7 @@ impl<'a> Stream<'a> {
             x,
             y,
             depth,
+            layers: (!self.layers.is_empty()).then(Layers::default),
             ..Fragments::new(self.image.view())
         };
         let mut key = KeyHasher::new("batch");
@@ -324,6 +343,24 @@ impl<'a> Stream<'a> {
         let place = Place { stream: self, group, part: band, key: key.finish() };
         self.image.sources()[group.source].shade(&mut fragments, &place);
         fragments
+    }
+
+    /// Adds the layers of a fragment to a pixel.
+    fn add_layers(
+        &self,
+        pixels: &mut Pixels<'_>,
+        at: usize,
+        fragments: &Fragments<'_>,
+        i: usize,
+        weight: f32,
+    ) {
+        let Some(layers) = &fragments.layers else { return };
+        for (name, colors) in layers.iter() {
+            let Some(first) = self.layers.iter().position(|known| known == name) else { continue };
+            for (axis, value) in colors[i].to_array().into_iter().enumerate() {
+                pixels.layers[3 * first + axis][at] += value * weight;
+            }
+        }
     }
 
     /// Shades what lies over each other and blends it, from front to back.
@@ -367,8 +404,9 @@ impl<'a> Stream<'a> {
                     let past = mattes.iter().find(|(matte, _)| matte == by).map_or(1.0, |m| m.1);
                     alpha *= if *inside { 1.0 - past } else { past };
                 }
-                if !pixels.color[0].is_empty() {
+                if self.wants_color() {
                     add(pixels, pixel, Paint { color, alpha }, area * through);
+                    self.add_layers(pixels, pixel, batch, *index, area * through * alpha);
                 }
                 through *= 1.0 - alpha;
                 // What other channels show: the nearest through which less than half is seen.
@@ -464,6 +502,9 @@ impl Group {
 fn add(pixels: &mut Pixels<'_>, at: usize, paint: Paint, area: f32) {
     let Paint { color, alpha } = paint;
     let [r, g, b, a] = &mut pixels.color;
+    if r.is_empty() {
+        return;
+    }
     let weight = area * alpha;
     r[at] += color.r * weight;
     g[at] += color.g * weight;

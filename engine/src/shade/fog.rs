@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::color::Color;
-use crate::fragment::{Around, Columns, Fragments, Shader};
+use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
 use crate::math;
 
 /// Mixes surfaces with the fog's colour by the length of the way from the eye. \[N], "Shading effects":
@@ -25,6 +25,7 @@ impl Shader for Fog {
     }
 
     fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
+        let mut all = Vec::with_capacity(fragments.len());
         for i in 0..fragments.len() {
             let (x, y, depth) = (fragments.x[i], fragments.y[i], fragments.depth[i]);
             let view = fragments.view;
@@ -35,6 +36,12 @@ impl Shader for Fog {
             };
             let through = math::expf(-self.density * (way as f32 - self.start).max(0.0));
             fragments.color[i] = self.color.mix(fragments.color[i], through);
+            all.push(through);
+        }
+        if let Some(layers) = &mut fragments.layers {
+            layers.map(|i, color| color * all[i]);
+            let rest = layers.layer(Layers::REST, all.len());
+            rest.iter_mut().zip(&all).for_each(|(rest, t)| *rest = *rest + self.color * (1.0 - t));
         }
     }
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::gloss;
 use crate::color::Color;
-use crate::fragment::{Around, Columns, Finish, Fragments, Gloss, Kept, Shader, World};
+use crate::fragment::{Around, Columns, Finish, Fragments, Gloss, Kept, Layers, Shader, World};
 use crate::key::KeyHasher;
 use crate::light::{Lamp, Receiver, Sample};
 use crate::shadow::lies_in;
@@ -101,40 +101,58 @@ impl Shader for Illuminate {
         reads
     }
 
+    fn layers(&self) -> Vec<String> {
+        self.lamps.iter().map(|lamp| lamp.name.clone()).collect()
+    }
+
     fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>) {
         let count = fragments.len();
-        let matt = Finish::default();
-        let mut diffuse = vec![Color::BLACK; count];
-        let mut gloss = vec![[Color::BLACK; 2]; if shines(fragments) { count } else { 0 }];
         let scale = 1.0 / self.white;
+        let own: Vec<Color> = (0..count)
+            .map(|i| {
+                let gloss = fragments.finish.get(i).map_or(Gloss::None, |finish| finish.gloss);
+                gloss::reflectance(gloss, fragments.color[i])
+            })
+            .collect();
+        let glow = |finish: &Finish| finish.glow * (PI * scale);
+        let matt = Finish::default();
+        let finishes: Vec<Finish> =
+            (0..count).map(|i| fragments.finish.get(i).copied().unwrap_or(matt)).collect();
+        let mut sum: Vec<Color> = finishes.iter().map(glow).collect();
+        let mut layers = fragments.layers.take().map(|_| Layers::default());
         for lamp in self.lamps.iter().filter(|lamp| lamp.shines()) {
             let received = self.received(lamp, fragments, around);
             let strength = lamp.strength * scale;
             let is_everywhere = lamp.light.is_everywhere();
-            for (i, sum) in diffuse.iter_mut().enumerate() {
-                let finish = fragments.finish.get(i).unwrap_or(&matt);
+            let shown = |i: usize| {
                 // Light from everywhere is mirrored from everywhere: gloss takes nothing of it.
+                let finish = &finishes[i];
                 let share = match is_everywhere {
                     true => finish.ambient,
                     false => finish.diffuse * gloss::left_by(finish.gloss),
                 };
-                *sum = *sum + received.diffuse.at(i) * strength * share;
+                let diffuse = fragments.color[i] * received.diffuse.at(i) * share;
+                let [by_own, rest] = received.gloss.get(i).copied().unwrap_or_default();
+                (diffuse + own[i] * by_own + rest) * strength
+            };
+            for (i, sum) in sum.iter_mut().enumerate() {
+                *sum = *sum + shown(i);
             }
-            for (sum, parts) in gloss.iter_mut().zip(&received.gloss) {
-                *sum = [0, 1].map(|k| sum[k] + parts[k] * strength);
+            if let Some(layers) = &mut layers {
+                for (i, color) in layers.layer(&lamp.name, count).iter_mut().enumerate() {
+                    *color = if fragments.unlit[i] { Color::BLACK } else { *color + shown(i) };
+                }
             }
         }
-        for (i, received) in diffuse.into_iter().enumerate() {
-            if fragments.unlit[i] {
-                continue;
+        for (i, sum) in sum.into_iter().enumerate() {
+            let color = if fragments.unlit[i] { fragments.color[i] } else { sum };
+            let rest = if fragments.unlit[i] { color } else { glow(&finishes[i]) };
+            fragments.color[i] = color;
+            if let Some(layers) = &mut layers {
+                layers.layer(Layers::REST, count)[i] = rest;
             }
-            let color = fragments.color[i];
-            let finish = fragments.finish.get(i).unwrap_or(&matt);
-            let [by_own, rest] = gloss.get(i).copied().unwrap_or_default();
-            let own = gloss::reflectance(finish.gloss, color);
-            fragments.color[i] =
-                color * received + own * by_own + rest + finish.glow * (PI * scale);
         }
+        fragments.layers = layers;
     }
 }
 

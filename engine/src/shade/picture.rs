@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Around, Columns, Fragments, Shader};
+use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
 
 /// Gives surfaces the colour that a picture has where they are seen: the pixel's own, so that a picture of
 /// the same size comes out again wherever its alpha is what the surfaces cover. Depth and coverage stay.
@@ -100,6 +100,11 @@ impl Shader for PictureColors {
         let (width, height) = (f64::from(raster.width), f64::from(raster.height));
         for i in 0..fragments.len() {
             fragments.color[i] = self.at(fragments.x[i] / width, fragments.y[i] / height);
+        }
+        if let Some(layers) = &mut fragments.layers {
+            layers.clear();
+            let rest = layers.layer(Layers::REST, fragments.color.len());
+            rest.copy_from_slice(&fragments.color);
         }
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::color::Color;
-use crate::fragment::{Around, Columns, Fragments, Shader};
+use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
 
 /// Changes colours: times `multiply`, plus `add`, towards grey or away from it by `saturation`.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -23,11 +23,18 @@ impl Shader for Recolor {
     }
 
     fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
-        for color in &mut fragments.color {
-            let bright = *color * self.multiply + self.add;
+        let change = |color: Color, add: Color| {
+            let bright = color * self.multiply + add;
             // Luminance of Rec. 709 primaries.
             let grey = 0.2126 * bright.r + 0.7152 * bright.g + 0.0722 * bright.b;
-            *color = Color::grey(grey).mix(bright, self.saturation);
+            Color::grey(grey).mix(bright, self.saturation)
+        };
+        fragments.color.iter_mut().for_each(|color| *color = change(*color, self.add));
+        if let Some(layers) = &mut fragments.layers {
+            layers.map(|_, color| change(color, Color::BLACK));
+            let added = change(Color::BLACK, self.add);
+            let rest = layers.layer(Layers::REST, fragments.color.len());
+            rest.iter_mut().for_each(|rest| *rest = *rest + added);
         }
     }
 }
