@@ -53,7 +53,8 @@ fn text(lamp: &Photometry, path: &Path) -> String {
         let _ = writeln!(out, "  {bare:.0} lm of its bare lamps: {share:.1} % leave it");
     }
     if let Some(angle) = beam(lamp) {
-        let _ = writeln!(out, "  half of its intensity along the aim at {angle:.1} degrees from it");
+        let _ =
+            writeln!(out, "  half of its intensity along the aim at {angle:.1} degrees from it");
     }
     let [width, length, height] = about.size;
     let _ = writeln!(out, "  {width} x {length} x {height} m shine, {} W", about.watts);

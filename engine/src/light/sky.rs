@@ -186,7 +186,8 @@ fn relative(model: SkyModel, direction: DVec3, sun: DVec3, clear: f64) -> f64 {
         SkyModel::General(kind) => general(kind, up, from_sun, sun_zenith),
         SkyModel::Intermediate => {
             let (altitude, sun_altitude) = (FRAC_PI_2 - math::acos(up), FRAC_PI_2 - sun_zenith);
-            let gradation = (1.35 * math::sin(3.59 * altitude - 0.009) + 2.31)
+            let gradation = 1.35
+                * (math::sin(3.59 * altitude - 0.009) + 2.31)
                 * math::sin(2.60 * sun_altitude + 0.316)
                 + altitude
                 + 4.799;
