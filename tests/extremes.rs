@@ -15,6 +15,7 @@ use spandrel_engine::shade::Fog;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
 use spandrel_tests::lights::illuminate;
+use spandrel_tests::lights::no_fog;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes;
 use std::collections::BTreeSet;
@@ -327,7 +328,7 @@ fn empty_scenes_are_empty_pictures() {
     for rule in RULES {
         let image = render(&scene, &Camera::default(), (5, 4), rule);
         let lit = illuminate(Vec::new(), Color::WHITE, Color::WHITE);
-        let fog = Fog { density: 1.0, color: Color::WHITE, start: 0.0 };
+        let fog = Fog { density: 1.0, color: Color::WHITE, start: 0.0, ..no_fog() };
         let image = image.shaded(Arc::new(lit)).unwrap().shaded(Arc::new(fog)).unwrap();
         let picture = picture(&SpanImage::merge(&[image.clone(), image]).unwrap(), rule);
         assert!(picture.float("A").unwrap().iter().all(|a| *a == 0.0));

@@ -261,3 +261,41 @@ fn failures_name_the_node_and_the_file() {
     assert_eq!(failure.node, "left.ron");
     assert!(failure.error.to_string().contains("left.ron"), "{failure}");
 }
+
+#[test]
+fn a_scenes_environment_is_the_default_of_light_and_fog() {
+    let folder = scratch("a_scenes_environment_is_the_default_of_light_and_fog");
+    let scene = |environment: &str| {
+        format!(
+            "Scene(materials: {{\"white\": (color: \"#fff\")}}, plans: [(name: \"p\", {environment} root: \
+             (material: \"white\", children: [(shape: Box(size: (8, 0.1, 8))), \
+             (transform: [Move(0, 1, 0)], shape: Box(size: (2, 0.1, 2)))]))])"
+        )
+    };
+    std::fs::write(folder.join("bare.ron"), scene("")).unwrap();
+    let known = "environment: (ambient: 0.25, fog: 0.125, shadows: true),";
+    std::fs::write(folder.join("known.ron"), scene(known)).unwrap();
+    let picture = |file: &str, light: &str, fog: &str| {
+        let text = format!(
+            "Graph(nodes: {{\"eye\": Camera(position: (0, 3, 6)), \"sun\": ParallelLight(), \
+             \"spans\": Scanline(scene: \"{file}.ron\", camera: \"eye\"), \
+             \"lit\": Illuminate(image: \"spans\", lights: [\"sun\"], {light}), \
+             \"misty\": Fog(image: \"lit\", {fog}), \
+             \"picture\": Resolve(image: \"misty\", size: (32, 24), lines: Sloped(2))}})"
+        );
+        let document = Document::parse(&text).unwrap();
+        let graph = Graph::check(&document, &registry(), &folder).ok().unwrap();
+        let mut wishes = Wishes::new();
+        let channels = BTreeSet::from([Channel::Color]);
+        wishes.want::<Image>("picture", Picture { channels, changed: Override::default() });
+        let plan = Plan::new(&graph, &wishes).unwrap();
+        Image::clone(&Run::new().evaluate(&graph, &plan, &()).unwrap().value::<Image>(0))
+    };
+    let said = picture("bare", "ambient: 0.25, shadows: Volumes", "density: 0.125");
+    assert!(picture("known", "", "") == said);
+    // What is said counts for more; without an environment there are defaults.
+    let bare = picture("bare", "", "");
+    assert!(bare != said);
+    assert!(picture("known", "ambient: 0.1, shadows: Off", "density: 0.01") == bare);
+    std::fs::remove_dir_all(&folder).ok();
+}

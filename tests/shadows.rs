@@ -17,6 +17,7 @@ use spandrel_engine::scene::{
 use spandrel_engine::shade::{Fog, Illuminate, Recolor, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
+use spandrel_tests::lights::no_fog;
 use spandrel_tests::lights::{illuminate, lamp, sun};
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::polygons;
@@ -213,7 +214,7 @@ fn nothing_shadows_itself_and_nothing_leaks_at_any_scale() {
                 assert!(leak < 1e-6, "{shadows:?} at {scale}: {leak}");
             }
             let light = point_lamp(v(0.2, 0.3, -0.1) * scale);
-            let [free, shadowed] = [Shadows::None, shadows]
+            let [free, shadowed] = [Shadows::Off, shadows]
                 .map(|shadows| picture(&lit(&image, vec![light.clone()], shadows)));
             for (a, b) in red(&free).iter().zip(red(&shadowed)) {
                 assert!(*a > 0.0 && (a - b).abs() <= 1e-4 * a, "{shadows:?} at {scale}: {a} {b}");
@@ -352,7 +353,7 @@ fn what_hides_a_soft_source_in_part_hides_its_part() {
     let view = View::new(&camera, Raster::new(16, 16).unwrap()).unwrap();
     let image = spans(&[scene("screen", mesh)], &view, 1);
     let whole = picture(&lit(&image, vec![lamp(panel([-1.0, 1.0]))], Shadows::Rays(256)));
-    let half = picture(&lit(&image, vec![lamp(panel([0.0, 1.0]))], Shadows::None));
+    let half = picture(&lit(&image, vec![lamp(panel([0.0, 1.0]))], Shadows::Off));
     assert!((mean(&whole) / mean(&half) - 1.0).abs() < 0.01, "{} {}", mean(&whole), mean(&half));
     // A wall to the horizon takes half of a uniform sky.
     let mut mesh = polygons(&[level([-5.0, 5.0], 0.0, [-5.0, 5.0])]);
@@ -420,6 +421,28 @@ fn a_dimmed_light_is_a_sum_and_a_moved_one_is_itself_alone() {
 }
 
 #[test]
+fn what_is_moved_after_it_is_lit_takes_its_shadows_along() {
+    let image = spans(&[scene("boxes", boxes(3, 10, 4.0))], &side_view(4.0, 96, 64), 4);
+    for shadows in [Shadows::Volumes, Shadows::Rays(16)] {
+        let shaded = lit(&image, vec![sun((-0.6, -1.0, 0.35), Color::WHITE)], shadows);
+        let still = picture(&shaded);
+        let moved = picture(&shaded.moved(7.0, 12, 0..64).unwrap());
+        // Away from the raster's sides, where slopes end. Rays are spread by chance, which moves too.
+        let places = (0..60).flat_map(|y| (2..88).map(move |x| (x, y)));
+        let off = places.map(|(x, y)| red(&still)[y * 96 + x] - red(&moved)[(y + 3) * 96 + x + 7]);
+        let off: Vec<f32> = off.map(f32::abs).collect();
+        let worst = off.iter().copied().fold(0.0, f32::max);
+        match shadows {
+            Shadows::Volumes => assert!(worst < 1e-4, "{worst}"),
+            _ => assert!(off.iter().filter(|off| **off > 0.1).count() < off.len() / 100),
+        }
+        let nearer = picture(&shaded.with_depths(1.25, 0.0).unwrap());
+        let off = red(&still).iter().zip(red(&nearer)).filter(|(a, b)| (*a - *b).abs() > 0.1);
+        assert!(off.count() < red(&still).len() / 100, "{shadows:?}");
+    }
+}
+
+#[test]
 fn layers_of_lights_sum_to_the_picture() {
     // Boxes, panes over them, gloss, glow, a fog, a correction.
     let mut mesh = boxes(4, 8, 4.0);
@@ -436,7 +459,7 @@ fn layers_of_lights_sum_to_the_picture() {
         first.name = "key light".into();
         vec![first, point_lamp(v(1.0, 3.0, 1.5))]
     };
-    let fog = Fog { density: 0.05, color: Color::new(0.5, 0.6, 0.7), start: 1.0 };
+    let fog = Fog { density: 0.05, color: Color::new(0.5, 0.6, 0.7), start: 1.0, ..no_fog() };
     let grade =
         Recolor { multiply: Color::new(1.1, 0.9, 1.0), add: Color::grey(0.01), saturation: 0.7 };
     let shaded = lit(&image, lamps(), Shadows::Volumes);
@@ -444,7 +467,7 @@ fn layers_of_lights_sum_to_the_picture() {
     let framing = Framing::scaled(image.view().raster(), DVec2::ONE).unwrap();
     let both = BTreeSet::from([Channel::Color, Channel::Light]);
     let shown = resolve(&shaded, Rule::Sloped(4), &framing, &both).unwrap();
-    let layers = ["light_key_light", "light_point", "light_ambient", "light_rest"];
+    let layers = ["light_key_light", "light_point", "light_ambient", "rest"];
     for axis in ["R", "G", "B"] {
         let parts = layers.map(|layer| shown.float(&format!("{layer}.{axis}")).unwrap());
         for (i, whole) in shown.float(axis).unwrap().iter().enumerate() {

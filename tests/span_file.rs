@@ -9,6 +9,7 @@ use spandrel_engine::shade::{Fog, Illuminate, Shadows};
 use spandrel_engine::span::{Keep, SpanImage, Stage};
 use spandrel_engine::span_file::{self, Options, Scenes, SpanFile};
 use spandrel_engine::visible::render;
+use spandrel_tests::lights::no_fog;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::program::Scratch;
 use spandrel_tests::random::Random;
@@ -37,7 +38,12 @@ fn what_was_written_comes_back() {
             image = image.held(&matte, Keep::Outside).unwrap();
         }
         if seed % 3 == 0 {
-            let fog = Fog { density: 0.1, color: Color::new(0.3, 1.0 / 3.0, 0.1), start: 0.7 };
+            let fog = Fog {
+                density: 0.1,
+                color: Color::new(0.3, 1.0 / 3.0, 0.1),
+                start: 0.7,
+                ..no_fog()
+            };
             image = image.shaded(Arc::new(fog)).unwrap();
         }
         let path = folder.path().join("a.span");
@@ -279,8 +285,9 @@ fn stored_intensities_are_the_shaded_colours() {
     let (a, b) = (picture(&back, &[Channel::Color]), picture(&lit, &[Channel::Color]));
     assert!(a.channels().eq(b.channels()));
     // They are light already: no light acts on them again, fog does.
-    let fog = Fog { density: 0.2, color: Color::WHITE, start: 0.0 };
-    let (a, b) = (back.shaded(Arc::new(fog)).unwrap(), lit.shaded(Arc::new(fog)).unwrap());
+    let fog = Fog { density: 0.2, color: Color::WHITE, start: 0.0, ..no_fog() };
+    let fog = Arc::new(fog);
+    let (a, b) = (back.shaded(fog.clone()).unwrap(), lit.shaded(fog).unwrap());
     let (a, b) = (picture(&a, &[Channel::Color]), picture(&b, &[Channel::Color]));
     assert!(a.channels().eq(b.channels()));
 }
@@ -325,7 +332,7 @@ fn storing_intensities_keeps_the_order_of_what_coincides() {
     let scratch = Scratch::new("storing_intensities_keeps");
     let path = scratch.path().join("a.span");
     let view = front_view(40, 30);
-    let fog = |density| Fog { density, color: Color::WHITE, start: 0.0 };
+    let fog = |density| Fog { density, ..no_fog() };
     for seed in 0..30 {
         // One scene, shaded in several ways: all faces coincide, and the order of sources decides.
         let base = image(seed, true, &view, plans()[0], 0..30);

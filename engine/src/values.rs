@@ -22,6 +22,7 @@ use crate::image::{Image, Window};
 use crate::key::Key;
 use crate::light::Lamp;
 use crate::light::list::MakeLamp;
+use crate::light::photometry::Photometry;
 use crate::raster::{LinePlan, Raster, Rows};
 use crate::resolve::Channel;
 use crate::scene::Scene;
@@ -108,6 +109,10 @@ impl Lamps {
     /// # Errors
     /// If a number is out of range, or a file cannot be read.
     pub fn one(light: &dyn MakeLamp, inputs: &Inputs<'_>) -> Result<Lamps> {
+        // A file that is missing or damaged is told as such, not as a fault of the graph.
+        if let Some(file) = light.file() {
+            Photometry::read(&inputs.directory().join(file))?;
+        }
         Ok(Lamps(vec![light.lamp("", inputs.directory())?]))
     }
 

@@ -55,7 +55,7 @@ fn main() {
         "| | visibility | light and resolve | dimmed | moved | kept |\n|---|---|---|---|---|---|"
     );
     for shadows in
-        [Shadows::None, Shadows::Volumes, Shadows::Rays(1), Shadows::Rays(4), Shadows::Rays(16)]
+        [Shadows::Off, Shadows::Volumes, Shadows::Rays(1), Shadows::Rays(4), Shadows::Rays(16)]
     {
         let (visible, image) = seconds(spans);
         let (first, _) = seconds(|| shown(&image, day(1.0), shadows));

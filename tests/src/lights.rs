@@ -4,7 +4,7 @@ use glam::DVec3;
 use spandrel_engine::color::Color;
 use spandrel_engine::light::sky::Ambient;
 use spandrel_engine::light::{Lamp, Light, point};
-use spandrel_engine::shade::{Illuminate, Shadows};
+use spandrel_engine::shade::{Fog, FogLaw, Illuminate, Shadows};
 use std::sync::Arc;
 
 /// A lamp of strength 1.
@@ -21,5 +21,11 @@ pub fn sun(direction: impl Into<DVec3>, color: Color) -> Lamp {
 /// Lamps, and light from above and below, without shadows.
 pub fn illuminate(mut lamps: Vec<Lamp>, above: Color, below: Color) -> Illuminate {
     lamps.push(Lamp::new("ambient", true, Color::WHITE, Arc::new(Ambient { above, below })));
-    Illuminate { lamps, white: 1.0, shadows: Shadows::None, samples: 16 }
+    Illuminate { lamps, white: 1.0, shadows: Shadows::Off, samples: 16 }
+}
+
+/// Fog that is not there: to be changed.
+pub fn no_fog() -> Fog {
+    let law = FogLaw::Exponential;
+    Fog { density: 0.0, color: Color::WHITE, start: 0.0, law, height: None, sky: None }
 }

@@ -14,11 +14,13 @@
 //! picture to the next.
 
 mod columns;
+mod environment;
 mod finish;
 pub mod stack;
 mod world;
 
 pub use columns::Columns;
+pub use environment::Environment;
 pub use finish::{Finish, Gloss};
 pub use stack::{Placement, Shading, Stage};
 pub use world::{Member, World};
@@ -82,8 +84,8 @@ pub struct Fragments<'v> {
 pub struct Layers(Vec<(String, Vec<Color>)>);
 
 impl Layers {
-    /// The name of what comes from no light: glow, fog, surfaces that are not lit.
-    pub const REST: &'static str = "rest";
+    /// The name of what comes from no light: glow, fog, surfaces that are not lit. No light has it.
+    pub const REST: &'static str = "";
 
     /// The layers by name.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &[Color])> {
@@ -231,6 +233,11 @@ pub trait Surfaces: Any + Send + Sync + Debug {
         None
     }
 
+    /// What its scene says of its surroundings: what nodes take where they are told nothing.
+    fn environment(&self) -> Option<&Environment> {
+        None
+    }
+
     /// Where it comes from, for files that hold images of it.
     fn origin(&self) -> Option<Origin> {
         None
@@ -303,16 +310,20 @@ pub trait Batch {
         None
     }
 
-    /// How far the pixels that the fragments stand for reach, in pixels of the raster; and whether a
-    /// fragment covers all of its pixel.
-    fn reach(&self) -> Option<(f64, f64)> {
-        None
+    /// What a fragment covers of the screen: pieces of lines, in pixels of the raster. Empty if it is but
+    /// its point.
+    fn pieces(&self, _fragment: usize) -> Vec<Piece> {
+        Vec::new()
     }
+}
 
-    /// Whether a fragment covers all of its pixel.
-    fn is_whole(&self, _fragment: usize) -> bool {
-        false
-    }
+/// A piece of a line that shows a face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// Its ends, from the left.
+    pub x: [f64; 2],
+    /// The strip that it stands for, from the top.
+    pub y: [f64; 2],
 }
 
 /// Fragments that stand nowhere in particular.

@@ -129,6 +129,20 @@ impl Placement {
     }
 }
 
+/// A face's plane before all moves of a stack, and how far they moved it right and down, in pixels.
+pub fn unmoved(stack: &[Stage], plane: &Plane) -> (Plane, [f64; 2]) {
+    let mut at = (*plane, [0.0, 0.0]);
+    for stage in stack.iter().rev() {
+        if let Stage::Place(Placement { x, y, scale, offset }) = stage {
+            let Plane { a, b, c } = at.0;
+            let c = c + a * x + b * y - offset;
+            at.0 = Plane { a: a / scale, b: b / scale, c: c / scale };
+            at.1 = [at.1[0] + x, at.1[1] + y];
+        }
+    }
+    at
+}
+
 /// The columns that a whole stack reads, and the colour that it changes.
 pub fn reads(stack: &[Stage]) -> Columns {
     let shaders = stack.iter().filter_map(|stage| match stage {

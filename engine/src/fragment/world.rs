@@ -90,7 +90,7 @@ impl World {
             if super::stack::moves(&member.stack) {
                 return Err(Error::invalid(format!(
                     "\"{}\" was moved on the screen after it was rendered and has no place in the world \
-                     from which to cast shadows: light it before it is moved, or with `shadows: None`",
+                     from which to cast shadows: light it before it is moved, or with `shadows: Off`",
                     member.label
                 )));
             }

@@ -42,7 +42,7 @@ pub(super) fn write(
         let samples = match samples {
             Samples::Id(ids) => FlatSamples::U32(ids.clone()),
             Samples::Float(values) if half && !exact => {
-                FlatSamples::F16(values.par_iter().map(|v| f16::from_f32(*v)).collect())
+                FlatSamples::F16(values.par_iter().map(|v| narrowed(*v)).collect())
             }
             Samples::Float(values) => FlatSamples::F32(values.clone()),
         };
@@ -147,4 +147,12 @@ pub(super) fn read(path: &Path) -> Result<Image> {
         }
     }
     Ok(picture)
+}
+/// A value in half precision; what is too large for it is the largest, not infinite.
+fn narrowed(value: f32) -> f16 {
+    if value.is_finite() {
+        f16::from_f32(value.clamp(-65504.0, 65504.0))
+    } else {
+        f16::from_f32(value)
+    }
 }

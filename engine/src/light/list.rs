@@ -368,9 +368,9 @@ pub struct SpotLight {
     #[schemars(range(min = 0.001, max = 180.0))]
     pub angle: f64,
     /// Half the angle of the inner cone, in degrees, within which the light is whole; smooth from there to
-    /// `angle`.
+    /// `angle`. Absent, two thirds of that. As large as `angle`, the edge is hard, and not antialiased.
     #[schemars(range(min = 0.0, max = 180.0))]
-    pub inner_angle: f64,
+    pub inner_angle: Option<f64>,
     /// Luminous intensity on the axis, in candela.
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
@@ -388,7 +388,7 @@ impl Default for SpotLight {
             position: DVec3::ZERO,
             direction: DVec3::NEG_Y,
             angle: 45.0,
-            inner_angle: 30.0,
+            inner_angle: None,
             intensity: 1.0,
             color: Color::WHITE,
             temperature: None,
@@ -399,7 +399,8 @@ impl Default for SpotLight {
 
 impl MakeLamp for SpotLight {
     fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
-        let (angle, inner) = (self.angle, self.inner_angle);
+        let angle = self.angle;
+        let inner = self.inner_angle.unwrap_or(angle * 2.0 / 3.0);
         if !(angle > 0.0 && angle <= 180.0 && (0.0..=angle).contains(&inner)) {
             let what = "must be 0 to `angle`, which is above 0 and up to 180";
             return Err(Fault::new(
@@ -522,7 +523,8 @@ impl MakeLamp for AreaLight {
     fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
         let polygon = Polygon { outline: self.outline.clone(), holes: self.holes.clone() };
         let surface = Surface::new(vec![polygon], self.two_sided);
-        let surface = surface.map_err(|e| Fault::new("outline", e))?;
+        let field = if self.holes.is_empty() { "outline" } else { "holes" };
+        let surface = surface.map_err(|e| Fault::new(field, e))?;
         let strength = strength("luminance", self.luminance, self.color, self.temperature)?;
         Ok(lamp(name, self.on, strength, surface))
     }
@@ -585,7 +587,7 @@ impl MakeLamp for PolyhedralLight {
             Ok(Polygon { outline, holes: Vec::new() })
         };
         let polygons = self.faces.iter().enumerate().map(polygon).collect::<Result<_>>()?;
-        let surface = Surface::new(polygons, false).map_err(|e| Fault::new("faces", e))?;
+        let surface = Surface::of_body(polygons).map_err(|e| Fault::new("faces", e))?;
         let strength = strength("luminance", self.luminance, self.color, self.temperature)?;
         Ok(lamp(name, self.on, strength, surface))
     }
@@ -632,8 +634,11 @@ impl Default for SkyLight {
 
 impl MakeLamp for SkyLight {
     fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
-        let sky = Sky::new(self.model, self.sun, self.ground);
-        let sky = sky.map_err(|e| Fault::new("model", e))?;
+        let sun = unit("sun", self.sun)?;
+        let sky = Sky::new(self.model, sun, self.ground).map_err(|e| {
+            let needs_sun = !matches!(self.model, SkyModel::Uniform | SkyModel::Overcast);
+            Fault::new(if needs_sun && sun.y < 0.0 { "sun" } else { "model" }, e)
+        })?;
         let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
         Ok(lamp(name, self.on, strength, sky))
     }

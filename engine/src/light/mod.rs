@@ -71,6 +71,12 @@ pub trait Light: Send + Sync + Debug {
         true
     }
 
+    /// What is seen of it in a direction from everywhere, a unit vector, in cd/m2; `None` if it is not so
+    /// far away or so large.
+    fn luminance(&self, _direction: DVec3) -> Option<Color> {
+        None
+    }
+
     /// The irradiance of a receiver with nothing in the way, in lux.
     fn irradiance(&self, at: &Receiver) -> Color;
 

@@ -47,6 +47,27 @@ impl Polygon {
         pairs.map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum()
     }
 
+    /// Whether a point is inside the outline, or on it, as seen along the axis that it faces most.
+    fn encloses(&self, point: DVec3) -> bool {
+        let facing = Polygon::area_vector(&self.outline).abs();
+        let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).unwrap_or(1);
+        let [u, v] = [(along + 1) % 3, (along + 2) % 3];
+        let mut is_inside = false;
+        let ends = self.outline.iter().zip(self.outline.iter().cycle().skip(1));
+        for (a, b) in ends {
+            let (a, b) = (*a - point, *b - point);
+            let side = a[u] * b[v] - a[v] * b[u];
+            let size = (a.abs() + b.abs()).max_element();
+            if side.abs() <= 1e-9 * size * size && a[u] * b[u] + a[v] * b[v] <= 0.0 {
+                return true;
+            }
+            if (a[v] > 0.0) != (b[v] > 0.0) && (side > 0.0) == (b[v] > a[v]) {
+                is_inside = !is_inside;
+            }
+        }
+        is_inside
+    }
+
     fn normal(&self) -> DVec3 {
         Polygon::area_vector(&self.outline).normalize_or_zero()
     }
@@ -107,6 +128,13 @@ impl Surface {
             if area.is_nan() || area.length() <= 1e-12 * reach * reach {
                 return Err(Error::invalid(format!("{which}the outline has no area")));
             }
+            if !polygon.holes.iter().flatten().all(|p| polygon.encloses(*p)) {
+                return Err(Error::invalid(format!("{which}a hole leaves the outline")));
+            }
+            let holes = polygon.holes.iter().map(|hole| Polygon::area_vector(hole).length());
+            if holes.sum::<f64>() >= area.length() {
+                return Err(Error::invalid(format!("{which}the holes leave nothing of it")));
+            }
             let (normal, origin) = (area.normalize(), polygon.outline[0]);
             let off = rings().flatten().map(|p| (*p - origin).dot(normal).abs());
             if off.fold(0.0, f64::max) > 1e-3 * reach {
@@ -117,6 +145,39 @@ impl Surface {
             return Err(Error::invalid("it has no faces"));
         }
         Ok(Surface { polygons, two_sided, triangles: OnceLock::new() })
+    }
+
+    /// The surface of a closed body.
+    ///
+    /// # Errors
+    /// As [`Surface::new`], or if an edge has not two faces that run it in opposite directions, or the
+    /// faces look inwards.
+    pub fn of_body(polygons: Vec<Polygon>) -> Result<Surface> {
+        let bits = |p: DVec3| p.to_array().map(f64::to_bits);
+        let mut edges: Vec<_> = polygons
+            .iter()
+            .flat_map(|polygon| {
+                let next = polygon.outline.iter().cycle().skip(1);
+                polygon.outline.iter().zip(next).map(|(a, b)| (bits(*a), bits(*b)))
+            })
+            .collect();
+        edges.sort_unstable();
+        let is_closed = edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
+            && edges.windows(2).all(|pair| pair[0] != pair[1]);
+        if !is_closed {
+            return Err(Error::invalid(
+                "the body is not closed: every edge belongs to two faces that run it in opposite directions",
+            ));
+        }
+        let volume =
+            |polygon: &Polygon| polygon.outline[0].dot(Polygon::area_vector(&polygon.outline));
+        let surface = Surface::new(polygons, false)?;
+        if surface.polygons.iter().map(volume).sum::<f64>() <= 0.0 {
+            return Err(Error::invalid(
+                "the faces look inwards: they run counter-clockwise seen from outside",
+            ));
+        }
+        Ok(surface)
     }
 
     /// The polygons.
@@ -183,8 +244,10 @@ impl Light for Surface {
 
     fn irradiance(&self, at: &Receiver) -> Color {
         let lux = self.polygons.iter().map(|polygon| {
-            let front = (at.position - polygon.outline[0]).dot(polygon.normal());
-            if front == 0.0 || (front < 0.0 && !self.two_sided) {
+            let way = at.position - polygon.outline[0];
+            let front = way.dot(polygon.normal());
+            // In its own plane it is seen edge-on, whatever rounding says.
+            if front.abs() <= 1e-9 * way.length() || (front < 0.0 && !self.two_sided) {
                 return 0.0;
             }
             // Seen from the front, an outline runs counter-clockwise: against the receiver's sense.

@@ -285,13 +285,17 @@ impl Light for Sky {
         false
     }
 
+    fn luminance(&self, direction: DVec3) -> Option<Color> {
+        Some(Color::grey(Sky::luminance(self, direction) as f32))
+    }
+
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
         // Directions as the cosine has them: each stands for as much of the light that a grey sky gives.
         let round = choice.x * TAU;
         let (across, up) = (choice.y.sqrt(), (1.0 - choice.y).sqrt());
         let (u, v) = at.normal.any_orthonormal_pair();
         let direction = (u * math::cos(round) + v * math::sin(round)) * across + at.normal * up;
-        let lux = self.luminance(direction) * PI;
+        let lux = Sky::luminance(self, direction) * PI;
         Sample { toward: Toward::Direction(direction), irradiance: Color::grey(lux as f32) }
     }
 }

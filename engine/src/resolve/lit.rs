@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::rule::{Framing, Rule, Share, shares};
-use crate::fragment::{Kept, World};
+use crate::fragment::{Kept, Piece, World};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::shadow::{self, Dark, Patches};
@@ -106,6 +106,47 @@ impl<'a> Shadows<'a> {
             columns.end = columns.end.saturating_add(beside).min(self.framing.columns.end);
             beside *= 2;
         }
+    }
+
+    /// What a spot covers of the raster, line by line.
+    pub(super) fn pieces(&self, spot: &Spot) -> Vec<Piece> {
+        let Framing { scale, pan, .. } = self.framing;
+        let back = |x: f64, pan: f64, scale: f64| (x - pan) / scale;
+        let ends = |at: u32, pan: f64, scale: f64| {
+            [f64::from(at), f64::from(at) + 1.0].map(|x| back(x, pan, scale))
+        };
+        let x = ends(spot.column, pan.x, scale.x);
+        if spot.is_whole {
+            return vec![Piece { x, y: ends(spot.row, pan.y, scale.y) }];
+        }
+        let plan = self.image.plan();
+        let raster = self.image.view().raster();
+        let all = plan.lines(&(0..raster.height));
+        let mut pieces = Vec::new();
+        for share in shares(self.rule, plan, self.framing, spot.row, all.end) {
+            let Some(k) = share.line else { continue };
+            // On the line itself, where the face is for certain.
+            let y = [plan.y(k); 2];
+            let line = self.image.lines().line(k);
+            let first = line.partition_point(|span| raster.pixels(span.x) <= x[0]).max(1) - 1;
+            let mut add = |from: u32, to: u32| {
+                let cut = [raster.pixels(from).max(x[0]), raster.pixels(to).min(x[1])];
+                if cut[0] < cut[1] {
+                    pieces.push(Piece { x: cut, y });
+                }
+            };
+            for (i, span) in line.iter().enumerate().skip(first) {
+                if raster.pixels(span.x) >= x[1] {
+                    break;
+                }
+                if span.face == spot.face {
+                    add(span.x, line.get(i + 1).map_or(raster.cells(), |span| span.x));
+                }
+            }
+            let layers = self.image.layers().line(k).iter().filter(|s| s.face == spot.face);
+            layers.for_each(|s| add(s.start, s.end));
+        }
+        pieces
     }
 
     /// How much of some pixels the lines of their row give to a face.

@@ -66,7 +66,7 @@ pub enum Channel {
     /// `id`: the object, as a hash of its name; 0 is background.
     Id,
     /// `light_NAME.R`, `.G`, `.B` for each light: what it adds to the colour, as it is shown; and
-    /// `light_rest`, what comes from none. They sum to the colour.
+    /// `rest.R`, `.G`, `.B`, what comes from none. They sum to the colour.
     Light,
     /// `aa_error`: an estimate of the error of antialiasing: by which share of the pixel its coverage may
     /// be off, 0 to 1.
@@ -176,9 +176,9 @@ pub fn resolve(
         }
     }
     let mut layers = layers.into_iter();
-    for name in &names_of_layers {
+    for name in layer_names(&names_of_layers) {
         for (axis, values) in ["R", "G", "B"].into_iter().zip(layers.by_ref()) {
-            picture.insert(&format!("{}.{axis}", layer_name(name)), Samples::Float(values))?;
+            picture.insert(&format!("{name}.{axis}"), Samples::Float(values))?;
         }
     }
     if channels.contains(&Channel::Id) {
@@ -202,10 +202,20 @@ fn layers(image: &SpanImage) -> Vec<String> {
     names
 }
 
-/// A layer's name as compositors take it: letters, digits and `_`.
-fn layer_name(name: &str) -> String {
+/// The names of layers as compositors take them: letters, digits and `_`, no two alike.
+fn layer_names(names: &[String]) -> Vec<String> {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
-    format!("light_{}", name.chars().map(plain).collect::<String>())
+    let mut made: Vec<String> = Vec::new();
+    for name in names {
+        let known = match name.as_str() {
+            Layers::REST => "rest".to_owned(),
+            name => format!("light_{}", name.chars().map(plain).collect::<String>()),
+        };
+        let numbered = |n: usize| if n == 1 { known.clone() } else { format!("{known}_{n}") };
+        let free = (1..).map(numbered).find(|name| !made.contains(name));
+        made.extend(free);
+    }
+    made
 }
 
 /// Deals runs of values to the parts of a picture, channel by channel.

@@ -13,7 +13,8 @@ use super::Channel;
 use super::coverage::{Cover, Coverage};
 use super::lit::{Shadows, Spot};
 use super::rule::{Framing, Rule};
-use crate::fragment::{Batch, Columns, Fragments, Kept, Layers, World};
+use crate::camera::Plane;
+use crate::fragment::{Batch, Columns, Fragments, Kept, Layers, Piece, World, stack};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
@@ -126,21 +127,18 @@ impl Batch for Place<'_> {
     }
 
     fn lit(&self, from: Toward, world: &World) -> Option<Vec<f32>> {
-        // Of what was moved since, lines tell nothing.
-        let source = &self.stream.image.sources()[self.group.source];
-        if crate::fragment::stack::moves(&source.stack) {
-            return None;
-        }
         Some(self.stream.shadows.lit(&self.group.spots, from, world))
     }
 
-    fn reach(&self) -> Option<(f64, f64)> {
-        let scale = self.stream.framing.scale;
-        Some((1.0 / scale.x, 1.0 / scale.y))
-    }
-
-    fn is_whole(&self, fragment: usize) -> bool {
-        self.group.spots[fragment].is_whole
+    fn pieces(&self, fragment: usize) -> Vec<Piece> {
+        let source = &self.stream.image.sources()[self.group.source];
+        let (_, [right, down]) = stack::unmoved(&source.stack, &Plane::constant(1.0));
+        let mut pieces = self.stream.shadows.pieces(&self.group.spots[fragment]);
+        for piece in &mut pieces {
+            piece.x = piece.x.map(|x| x - right);
+            piece.y = piece.y.map(|y| y - down);
+        }
+        pieces
     }
 }
 

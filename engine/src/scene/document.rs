@@ -8,13 +8,13 @@ use glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-use super::environment::Environment;
 use super::is_default;
 use super::material::Material;
 use super::mesh::Mesh;
 use super::shape::Shape;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
+use crate::fragment::Environment;
 use crate::light::list::Entry;
 use crate::math;
 

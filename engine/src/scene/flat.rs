@@ -7,14 +7,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::document::{Display, Document, Object, Plan};
-use super::environment::Environment;
 use super::geometry::{Faults, Geometry, Part};
 use super::material::Material;
 use super::read::{self, ReadOptions, Reading};
 use super::shape::Shape;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
-use crate::fragment::Origin;
+use crate::fragment::{Environment, Origin};
 use crate::key::{Key, KeyHasher};
 use crate::light::Lamp;
 use crate::light::list::{Entry, MakeLamp};

@@ -5,7 +5,6 @@
 //! [`flat`] (a plan made ready: what renderers take), [`read`] (formats).
 
 pub mod document;
-mod environment;
 pub mod examine;
 pub mod face;
 pub mod flat;
@@ -18,8 +17,8 @@ pub mod shape;
 mod smooth;
 pub mod surfaces;
 
+pub use crate::fragment::Environment;
 pub use document::{Display, Document, Object, Plan, Step, Transform};
-pub use environment::Environment;
 pub use face::{Back, EdgeStyle, Face, Seal, Sides};
 pub use flat::{Instance, Scene};
 pub use geometry::{Geometry, Part};

@@ -8,7 +8,7 @@ use super::flat::{Instance, Scene};
 use super::geometry::{Frame, Part};
 use super::material::AlphaMode;
 use crate::color::Color;
-use crate::fragment::{Columns, Finish, Fragments, Origin, Surfaces};
+use crate::fragment::{Columns, Environment, Finish, Fragments, Origin, Surfaces};
 use crate::trace::{Casters, CastersBuilder};
 
 /// A scene as the surfaces of a source.
@@ -192,6 +192,10 @@ impl Surfaces for SceneSurfaces {
 
     fn object(&self, ordinal: u32) -> String {
         self.scene.instances[self.scene.part(ordinal).0].path.clone()
+    }
+
+    fn environment(&self) -> Option<&Environment> {
+        self.scene.environment.as_ref()
     }
 
     fn origin(&self) -> Option<Origin> {

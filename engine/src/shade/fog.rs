@@ -1,14 +1,16 @@
 //! Fog by depth, before resolve: right at edges, where fog on resolved pixels is wrong.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::color::Color;
 use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
+use crate::light::Lamp;
 use crate::math;
 
 /// Mixes surfaces with the fog's colour by the length of the way from the eye. \[N], "Shading effects":
 /// "fog effect can be calculated using only depths".
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Fog {
     /// Share of light lost per metre, 0 or more: after a way of 1 / density, 37 % are left.
     pub density: f32,
@@ -16,6 +18,70 @@ pub struct Fog {
     pub color: Color,
     /// The way in metres that is free of fog.
     pub start: f32,
+    /// How it grows with the way.
+    pub law: FogLaw,
+    /// How it grows thinner upwards, if it does.
+    pub height: Option<FogHeight>,
+    /// A sky whose brightness it has in each direction, instead of its colour; and the illuminance in lux
+    /// under which a white surface shows 1.
+    pub sky: Option<(Lamp, f32)>,
+}
+
+/// How fog grows with the way w in metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum FogLaw {
+    /// exp(-density w) is left: air that is alike everywhere.
+    #[default]
+    Exponential,
+    /// exp(-(density w)^2) is left: clearer near, denser far.
+    Squared,
+    /// All is left up to `start`, nothing beyond this way in metres, evenly between; density does nothing.
+    Linear(f32),
+}
+
+/// Fog that lies on the ground.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FogHeight {
+    /// The height in metres, along y, at which the density is as said.
+    pub level: f64,
+    /// By how many metres upwards it falls to 37 %, above 0.
+    pub falloff: f64,
+}
+
+impl FogHeight {
+    /// The length of the way through fog of the full density that weakens light as much as a straight way
+    /// of `length` between two heights.
+    fn thinned(&self, length: f64, from: f64, to: f64) -> f64 {
+        let thin = |y: f64| math::exp((-(y - self.level) / self.falloff).min(80.0));
+        let rise = (to - from) / self.falloff;
+        // The mean of the exponential between the ends.
+        let mean = if rise.abs() < 1e-6 { thin(from) } else { (thin(from) - thin(to)) / rise };
+        length * mean
+    }
+}
+
+impl Fog {
+    /// The share of light that is left after a way between two heights.
+    fn through(&self, way: f64, from: f64, to: f64) -> f32 {
+        let start = f64::from(self.start);
+        let rest = (way - start).max(0.0);
+        if let FogLaw::Linear(end) = self.law {
+            let end = f64::from(end);
+            return if end > start { (1.0 - rest / (end - start)).max(0.0) as f32 } else { 0.0 };
+        }
+        let rest = match &self.height {
+            // Only the part behind the start counts.
+            Some(height) if rest > 0.0 => {
+                height.thinned(rest, from + (to - from) * (start / way), to)
+            }
+            _ => rest,
+        };
+        let depth = (f64::from(self.density) * rest) as f32;
+        match self.law {
+            FogLaw::Squared => math::expf(-depth * depth),
+            _ => math::expf(-depth),
+        }
+    }
 }
 
 #[typetag::serde]
@@ -25,23 +91,38 @@ impl Shader for Fog {
     }
 
     fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
+        let view = fragments.view;
+        let eye = view.camera().position;
         let mut all = Vec::with_capacity(fragments.len());
         for i in 0..fragments.len() {
             let (x, y, depth) = (fragments.x[i], fragments.y[i], fragments.depth[i]);
-            let view = fragments.view;
-            let way = if view.is_parallel() {
-                view.distance(depth)
-            } else {
-                view.eye_point(x, y, depth).length()
+            let seen = view.eye_point(x, y, depth);
+            let way = if view.is_parallel() { view.distance(depth) } else { seen.length() };
+            let along = view.world_direction(seen);
+            // Parallel rays start in the plane of the camera.
+            let start = match view.is_parallel() {
+                true => eye.y + along.y - view.world_direction(glam::DVec3::Z * seen.z).y,
+                false => eye.y,
             };
-            let through = math::expf(-self.density * (way as f32 - self.start).max(0.0));
-            fragments.color[i] = self.color.mix(fragments.color[i], through);
-            all.push(through);
+            let through = self.through(way, start, eye.y + along.y);
+            let color = match &self.sky {
+                Some((lamp, white)) => {
+                    let direction = match view.is_parallel() {
+                        true => view.world_direction(glam::DVec3::NEG_Z),
+                        false => along.normalize_or_zero(),
+                    };
+                    let luminance = lamp.light.luminance(direction).unwrap_or(Color::BLACK);
+                    luminance * lamp.strength * (std::f32::consts::PI / white)
+                }
+                None => self.color,
+            };
+            fragments.color[i] = color.mix(fragments.color[i], through);
+            all.push((through, color * (1.0 - through)));
         }
         if let Some(layers) = &mut fragments.layers {
-            layers.map(|i, color| color * all[i]);
+            layers.map(|i, color| color * all[i].0);
             let rest = layers.layer(Layers::REST, all.len());
-            rest.iter_mut().zip(&all).for_each(|(rest, t)| *rest = *rest + self.color * (1.0 - t));
+            rest.iter_mut().zip(&all).for_each(|(rest, (_, added))| *rest = *rest + *added);
         }
     }
 }

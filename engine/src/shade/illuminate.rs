@@ -8,7 +8,9 @@ use std::sync::Arc;
 
 use super::gloss;
 use crate::color::Color;
-use crate::fragment::{Around, Columns, Finish, Fragments, Gloss, Kept, Layers, Shader, World};
+use crate::fragment::{
+    Around, Columns, Finish, Fragments, Gloss, Kept, Layers, Piece, Shader, World,
+};
 use crate::key::KeyHasher;
 use crate::light::{Lamp, Receiver, Sample};
 use crate::shadow::lies_in;
@@ -36,7 +38,7 @@ pub struct Illuminate {
 pub enum Shadows {
     /// There are none.
     #[default]
-    None,
+    Off,
     /// Of light from one place, exactly: [shadow volumes](crate::shadow). Of other light by rays.
     Volumes,
     /// By this many rays per fragment, 1 to 4096, spread over the pixel and the source.
@@ -94,7 +96,7 @@ impl Shader for Illuminate {
             if !is_parallel && !lamp.light.is_everywhere() {
                 reads = reads | Columns::POSITION;
             }
-            if self.shadows != Shadows::None && !lamp.light.is_everywhere() {
+            if self.shadows != Shadows::Off && !lamp.light.is_everywhere() {
                 reads = reads | Columns::POSITION | Columns::FACING | Columns::WORLD;
             }
         }
@@ -127,9 +129,11 @@ impl Shader for Illuminate {
             let shown = |i: usize| {
                 // Light from everywhere is mirrored from everywhere: gloss takes nothing of it.
                 let finish = &finishes[i];
-                let share = match is_everywhere {
-                    true => finish.ambient,
-                    false => finish.diffuse * gloss::left_by(finish.gloss),
+                // So is light whose mirror image is not computed: else metals would be black under it.
+                let share = match (is_everywhere, lamp.light.shines()) {
+                    (true, _) => finish.ambient,
+                    (false, false) => finish.diffuse,
+                    (false, true) => finish.diffuse * gloss::left_by(finish.gloss),
                 };
                 let diffuse = fragments.color[i] * received.diffuse.at(i) * share;
                 let [by_own, rest] = received.gloss.get(i).copied().unwrap_or_default();
@@ -194,7 +198,7 @@ impl Illuminate {
             _ => None,
         };
         let rays = match self.shadows {
-            Shadows::None => 0,
+            Shadows::Off => 0,
             Shadows::Rays(rays) => rays.max(1),
             Shadows::Volumes if light.toward().is_some() => 1,
             Shadows::Volumes => self.samples.max(1),
@@ -242,18 +246,13 @@ impl Illuminate {
             let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
             let mut sent = [Color::BLACK; 2];
             let pattern = Pattern::new(fragments.x[i], fragments.y[i]);
+            // A source in one place is the same for all rays: they are spread over what is covered.
+            let is_spread = light.toward().is_some() && count > 1;
+            let spread = Spread::new(if is_spread { around.batch.pieces(i) } else { Vec::new() });
             for k in 0..count {
                 let choice = pattern.at(k);
                 let sample = light.sample(&at, choice);
-                let from = match around.batch.reach() {
-                    // A source in one place is the same for all rays: they are spread over the pixel.
-                    Some(reach)
-                        if light.toward().is_some() && count > 1 && around.batch.is_whole(i) =>
-                    {
-                        spot.beside(fragments, i, (choice - 0.5) * DVec2::from(reach))
-                    }
-                    _ => at.position,
-                };
+                let from = spread.at(choice).map_or(at.position, |p| spot.beside(fragments, p));
                 let lit = match world {
                     None => 1.0,
                     Some(world) if spot.faces(sample.toward) => {
@@ -317,10 +316,10 @@ impl Spot {
         }
     }
 
-    /// The point of the face's plane that is seen beside it, by so many pixels.
-    fn beside(&self, fragments: &Fragments<'_>, i: usize, by: DVec2) -> DVec3 {
+    /// The point of the face's plane that is seen at a point of the screen.
+    fn beside(&self, fragments: &Fragments<'_>, at: DVec2) -> DVec3 {
         let view = fragments.view;
-        let (x, y) = (fragments.x[i] + by.x, fragments.y[i] + by.y);
+        let DVec2 { x, y } = at;
         let (near, far) =
             (view.world_point(x, y, view.depth(1.0)), view.world_point(x, y, view.depth(2.0)));
         let along = far - near;
@@ -371,6 +370,39 @@ fn passes(
         }
     }
     through
+}
+
+/// Points of what a fragment covers.
+struct Spread {
+    pieces: Vec<Piece>,
+    /// The length of all pieces.
+    length: f64,
+}
+
+impl Spread {
+    fn new(pieces: Vec<Piece>) -> Spread {
+        let length = pieces.iter().map(|piece| piece.x[1] - piece.x[0]).sum();
+        Spread { pieces, length }
+    }
+
+    /// The point for two numbers in [0, 1); `None` if nothing is known.
+    fn at(&self, choice: DVec2) -> Option<DVec2> {
+        let mut rest = choice.y * self.length;
+        for (i, Piece { x, y }) in self.pieces.iter().enumerate() {
+            let length = x[1] - x[0];
+            if rest < length || i + 1 == self.pieces.len() {
+                // One piece is a whole pixel: the second number is free for its height.
+                let down = if self.pieces.len() == 1 { rest / length } else { 0.5 };
+                let across = if self.pieces.len() == 1 { choice.x } else { rest / length };
+                return Some(DVec2::new(
+                    x[0] + length * across.clamp(0.0, 1.0),
+                    y[0] + (y[1] - y[0]) * down.clamp(0.0, 1.0),
+                ));
+            }
+            rest -= length;
+        }
+        None
+    }
 }
 
 /// Points of the unit square, spread evenly however many are taken: the first two dimensions of Sobol's

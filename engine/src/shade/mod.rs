@@ -6,7 +6,7 @@ pub mod illuminate;
 pub mod picture;
 pub mod recolor;
 
-pub use fog::Fog;
+pub use fog::{Fog, FogHeight, FogLaw};
 pub use illuminate::{Illuminate, Shadows};
 pub use picture::{PictureColors, PictureFrame};
 pub use recolor::Recolor;

@@ -15,7 +15,7 @@ use glam::DVec3;
 use std::ops::Range;
 
 use crate::camera::{Plane, View};
-use crate::fragment::{Columns, Fragments, Stage, Surfaces, World};
+use crate::fragment::{Columns, Fragments, Stage, Surfaces, World, stack};
 use crate::span::{FaceId, SpanImage};
 use crate::trace::{Casters, Shaft, Toward};
 
@@ -213,8 +213,10 @@ impl Work<'_> {
 /// A patch of a face that is turned to the light.
 struct Patch<'a> {
     view: &'a View,
-    /// The face's depth.
-    depth: &'a Plane,
+    /// The face's depth where it was lit.
+    depth: Plane,
+    /// How far it was moved since, in pixels.
+    moved: [f64; 2],
     /// Its plane in the world: the unit normal on the side that is seen, and a point.
     plane: (DVec3, DVec3),
     from: Toward,
@@ -227,8 +229,10 @@ impl Patch<'_> {
     /// The patch of some spans; `None` if it faces away from the light, and is dark by itself.
     fn new<'a>(image: &'a SpanImage, spans: &[Seen], from: Toward) -> Option<Patch<'a>> {
         let view = image.view();
-        let (_, face) = image.face(spans[0].face);
-        let (normal, point) = view.world_plane(&face.plane)?;
+        let (source, face) = image.face(spans[0].face);
+        // What moved it came after what lights it: the world knows of no moves.
+        let (depth, moved) = stack::unmoved(&source.stack, &face.plane);
+        let (normal, point) = view.world_plane(&depth)?;
         let faces_light = match from {
             Toward::Direction(toward) => normal.dot(toward),
             Toward::Point(light) => normal.dot(light - point),
@@ -241,12 +245,14 @@ impl Patch<'_> {
         });
         let half = 0.5 / f64::from(image.plan().per_row);
         let y = [image.y(spans[0].k) - half, image.y(spans[spans.len() - 1].k) + half];
-        Some(Patch { view, depth: &face.plane, plane: (normal, point), from, x, y })
+        Some(Patch { view, depth, moved, plane: (normal, point), from, x, y })
     }
 
     /// The space between it and the light.
     fn shaft(&self) -> Shaft {
-        let Patch { view, from, x, y, plane: (normal, point), .. } = *self;
+        let Patch { view, from, plane: (normal, point), moved, .. } = *self;
+        let x = self.x.map(|x| x - moved[0]);
+        let y = self.y.map(|y| y - moved[1]);
         let mut planes = vec![(normal, -normal.dot(point))];
         let corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])];
         let (least, most) = self.depth.range(x, y);
@@ -292,7 +298,8 @@ impl Patch<'_> {
         let sign = away.signum();
         // Nothing of the patch is inside if one side has all of it outside.
         let mut add = |normal: DVec3, point: DVec3| {
-            let side = self.view.side_of(normal * sign, point, self.depth);
+            let Plane { a, b, c } = self.view.side_of(normal * sign, point, &self.depth);
+            let side = Plane { a, b, c: c - a * self.moved[0] - b * self.moved[1] };
             sides.push(side);
             side.range(self.x, self.y).1 >= 0.0
         };
@@ -326,6 +333,7 @@ impl Patch<'_> {
         x: f64,
         y: f64,
     ) -> f32 {
+        let (x, y) = (x - self.moved[0], y - self.moved[1]);
         let at = self.view.world_point(x, y, self.depth.depth(x, y));
         let way = self.from.from(at).0;
         let normal = casters.normal(piece);

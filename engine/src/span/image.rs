@@ -11,7 +11,7 @@ use super::{Again, Face, FaceId, Memo, OnLine, Probe, Source, Stage, Union};
 use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Shader, Shading, World};
+use crate::fragment::{Environment, Shader, Shading, World};
 use crate::raster::{LinePlan, Rows};
 
 /// The opaque spans of a range of rows.
@@ -146,6 +146,11 @@ impl SpanImage {
     /// The sources, in order.
     pub fn sources(&self) -> &[Arc<Source>] {
         &self.sources
+    }
+
+    /// What the scenes say of their surroundings: the first source's whose scene says anything.
+    pub fn environment(&self) -> Option<&Environment> {
+        self.sources.iter().find_map(|source| source.surfaces.environment())
     }
 
     /// The opaque spans.

@@ -39,6 +39,9 @@ impl Node for SceneLights {
                 "the scene has no light \"{missing}\": it has {list}"
             )));
         }
+        if scene.lights.is_empty() {
+            inputs.warn("the scene has no lights");
+        }
         let is_meant = |name: &String| self.names.is_empty() || self.names.contains(name);
         Ok(Lamps(scene.lights.iter().filter(|lamp| is_meant(&lamp.name)).cloned().collect()))
     }

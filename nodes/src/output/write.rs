@@ -21,8 +21,8 @@ pub struct Write {
     pub path: OutFile,
     /// The channels to write. PNG holds `Color` only; EXR holds any: `Color` (R, G, B, A), `Z`
     /// (distance along the view axis in metres, infinite for background), `N` (unit normal in world
-    /// axes), `P` (position in the world), `Id` (object), `Light` (a layer `light_NAME` for each light, and `light_rest`; they sum to the
-    /// colour), `aa_error` (by which share of the pixel its
+    /// axes), `P` (position in the world), `Id` (object), `Light` (a layer `light_NAME` for each light, `light_own_ambient` for what `Illuminate`
+    /// adds by itself, and `rest` for what comes from no light; they sum to the colour), `aa_error` (by which share of the pixel its
     /// coverage may be off, 0 to 1). All but colour and the last are those of the face that covers most
     /// of the pixel, unfiltered.
     pub channels: BTreeSet<Channel>,

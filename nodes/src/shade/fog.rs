@@ -1,11 +1,14 @@
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::color::Color;
+use spandrel_engine::error::Error;
+use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::shade;
+use spandrel_engine::shade::{self, FogHeight, FogLaw};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::{Lamps, Lines};
 use std::sync::Arc;
 
 /// Fog, by the distance of each visible surface, before anything is resolved: a wire in front of a far
@@ -16,19 +19,42 @@ pub struct Fog {
     /// The image.
     pub image: Link<SpanImage>,
     /// Share of light lost per metre: after a way of 1 / density, 37 % are left. With 0 the image is
-    /// returned as it is.
+    /// returned as it is, unless the law is `Linear`. Absent, the `fog` of the scene's `environment`; if no
+    /// scene of the image has one, 0.01.
     #[schemars(range(min = 0.0))]
-    pub density: f32,
+    pub density: Option<f32>,
     /// The fog's own colour.
     pub color: Color,
+    /// A SkyLight whose brightness the fog has in each direction, instead of a colour.
+    pub sky: Option<Link<Lamps>>,
+    /// With `sky`, the illuminance in lux under which a white surface shows 1, as in `Illuminate`.
+    #[schemars(range(min = 1e-9, max = 1e9))]
+    pub white: f32,
     /// The way in metres that is free of fog.
     #[schemars(range(min = 0.0))]
     pub start: f32,
+    /// How it grows with the way: `Exponential`; `Squared`, clearer near and denser far; `Linear(end)`, from
+    /// nothing at `start` to everything at so many metres.
+    pub law: FogLaw,
+    /// Given, the fog lies on the ground: by so many metres upwards its density falls to 37 %.
+    pub falloff: Option<f64>,
+    /// With `falloff`, the height in metres at which the density is as said.
+    pub level: f64,
 }
 
 impl Default for Fog {
     fn default() -> Fog {
-        Fog { image: Link::default(), density: 0.01, color: Color::grey(0.6), start: 0.0 }
+        Fog {
+            image: Link::default(),
+            density: None,
+            color: Color::grey(0.6),
+            sky: None,
+            white: 1.0,
+            start: 0.0,
+            law: FogLaw::Exponential,
+            falloff: None,
+            level: 0.0,
+        }
     }
 }
 
@@ -38,17 +64,52 @@ impl Node for Fog {
     const GROUP: &'static str = "shade";
     const ALIASES: &'static [&'static str] = &["Mist", "Haze", "DepthFog", "Atmosphere"];
 
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        if self.falloff.is_some_and(|falloff| falloff.is_nan() || falloff <= 0.0) {
+            return Err(FieldError::new("falloff", "must be above 0 metres"));
+        }
+        match self.law {
+            FogLaw::Linear(end) if end.is_nan() || end <= self.start => {
+                let what = format!("Linear({end}): must end beyond the start, {} m", self.start);
+                Err(FieldError::new("law", what))
+            }
+            FogLaw::Linear(_) if self.falloff.is_some() => {
+                Err(FieldError::new("falloff", "goes with Exponential or Squared, not with Linear"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
+        self.sky.iter().for_each(|sky| upstream.ask(sky, ()));
         Ok(())
     }
 
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
-        let fog = shade::Fog { density: self.density, color: self.color, start: self.start };
-        inputs.get(&self.image).shaded(Arc::new(fog))
+        let sky = match &self.sky {
+            None => None,
+            Some(link) => {
+                let lamps = inputs.get(link);
+                let mut skies =
+                    lamps.0.iter().filter(|lamp| lamp.light.luminance(DVec3::Y).is_some());
+                let sky = skies.next().cloned().ok_or_else(|| {
+                    Error::invalid(format!("`sky`: \"{}\" is no SkyLight", link.target()))
+                })?;
+                Some((sky, self.white))
+            }
+        };
+        let height = self.falloff.map(|falloff| FogHeight { level: self.level, falloff });
+        let image = inputs.get(&self.image);
+        let known = image.environment().map(|environment| environment.fog as f32);
+        let density = self.density.or(known).unwrap_or(0.01);
+        let Fog { color, start, law, .. } = *self;
+        let fog = shade::Fog { density, color, start, law, height, sky };
+        image.shaded(Arc::new(fog))
     }
 
     fn passes(&self) -> Option<&Link<SpanImage>> {
-        (self.density == 0.0).then_some(&self.image)
+        let is_nothing = self.density == Some(0.0) && !matches!(self.law, FogLaw::Linear(_));
+        is_nothing.then_some(&self.image)
     }
 }

@@ -22,18 +22,20 @@ pub struct Illuminate {
     pub image: Link<SpanImage>,
     /// The lights.
     pub lights: Vec<Link<Lamps>>,
-    /// Light from above: what a white surface that faces straight up shows without any other light.
-    pub ambient: Color,
+    /// Light from above: what a white surface that faces straight up shows without any other light. Absent,
+    /// that of the scene's `environment`; if no scene of the image has one, a tenth of white.
+    pub ambient: Option<Color>,
     /// Light from below: what a white surface that faces straight down shows. Absent, the same as
     /// `ambient`, and every surface gets the same.
     pub ground: Option<Color>,
     /// The exposure: the illuminance in lux under which a white surface shows 1. 1 for lights in units of
     /// one's own; a room wants some hundred, daylight some ten thousand.
-    #[schemars(range(min = 1e-6, max = 1e9))]
+    #[schemars(range(min = 1e-9, max = 1e9))]
     pub white: f32,
-    /// How shadows are found: `None`; `Volumes`, exact for light from one place, by rays for other light;
+    /// How shadows are found: `Off`; `Volumes`, exact for light from one place, by rays for other light;
     /// `Rays(n)`, n rays to each light, spread over the pixel and the light.
-    pub shadows: Shadows,
+    /// Absent, `Volumes` if the scene's `environment` wants shadows, else none.
+    pub shadows: Option<Shadows>,
     /// With `Volumes`, rays to each light that is not in one place; and how finely such lights are seen in
     /// gloss.
     #[schemars(range(min = 1, max = 4096))]
@@ -45,10 +47,10 @@ impl Default for Illuminate {
         Illuminate {
             image: Link::default(),
             lights: Vec::new(),
-            ambient: Color::grey(0.1),
+            ambient: None,
             ground: None,
             white: 1.0,
-            shadows: Shadows::None,
+            shadows: None,
             samples: 16,
         }
     }
@@ -61,8 +63,13 @@ impl Node for Illuminate {
     const ALIASES: &'static [&'static str] = &["ReLight", "Lighting", "Shade"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {
+        for (field, color) in [("ambient", self.ambient), ("ground", self.ground)] {
+            if color.is_some_and(|color| color.to_array().iter().any(|v| *v < 0.0)) {
+                return Err(FieldError::new(field, "light must be 0 or more"));
+            }
+        }
         match self.shadows {
-            Shadows::Rays(n) if !(1..=4096).contains(&n) => {
+            Some(Shadows::Rays(n)) if !(1..=4096).contains(&n) => {
                 Err(FieldError::new("shadows", format!("Rays({n}): must be 1 to 4096")))
             }
             _ => Ok(()),
@@ -87,16 +94,18 @@ impl Node for Illuminate {
                 lamps.push(lamp.named(name));
             }
         }
-        let ambient = Ambient { above: self.ambient, below: self.ground.unwrap_or(self.ambient) };
-        lamps.push(Lamp::new("ambient", true, Color::grey(self.white), Arc::new(ambient)));
-        let shader = shade::Illuminate {
-            lamps,
-            white: self.white,
-            shadows: self.shadows,
-            samples: self.samples,
-        };
+        let environment = image.environment();
+        let above = self.ambient.or(environment.map(|known| known.ambient));
+        let above = above.unwrap_or(Color::grey(0.1));
+        let shadows = self.shadows.unwrap_or(match environment {
+            Some(known) if known.shadows => Shadows::Volumes,
+            _ => Shadows::Off,
+        });
+        let ambient = Ambient { above, below: self.ground.unwrap_or(above) };
+        lamps.push(Lamp::new("own.ambient", true, Color::grey(self.white), Arc::new(ambient)));
+        let shader = shade::Illuminate { lamps, white: self.white, shadows, samples: self.samples };
         let lit = image.shaded(Arc::new(shader))?;
-        if self.shadows != Shadows::None {
+        if shadows != Shadows::Off {
             lit.check_worlds()?;
             for source in image.sources().iter().filter(|source| !source.surfaces.casts()) {
                 inputs.warn(&format!(

@@ -1,5 +1,4 @@
-//! What a scene file says of its surroundings. Its list of lights is made of
-//! [entries](crate::light::list).
+//! What a scene says of its surroundings.
 
 use serde::{Deserialize, Serialize};
 
