@@ -16,10 +16,10 @@ use spandrel_engine::light::{Light, Receiver};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
-use spandrel_engine::shade::{Fog, FogHeight, FogLaw};
+use spandrel_engine::shade::{Fog, FogHeight, FogLaw, Illuminate};
 use spandrel_engine::visible::render;
 use spandrel_tests::data;
-use spandrel_tests::lights::{lamp, no_fog};
+use spandrel_tests::lights::{illuminate, lamp, no_fog};
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::{polygons, scene};
 use std::collections::BTreeSet;
@@ -670,4 +670,38 @@ fn a_thin_wire_before_a_mountain_in_mist_keeps_its_own_fog() {
     let after = [f64::from(z), 5.0, 0.2 * 5.0 + 0.8 * 500.0].map(fogged);
     assert!((before - right).abs() < 1e-4, "{before} {right}");
     assert!(after.iter().all(|after| (after - right).abs() > 0.09), "{after:?} {right}");
+}
+
+#[test]
+fn lights_are_seen_as_bright_as_they_are() {
+    // A panel of 40 cd/m2 that fills the picture shows pi times that under the exposure of 100 lux; from
+    // behind it is black. A tube's luminance is its candela per metre over its diameter.
+    let none = Path::new("");
+    let outline = vec![v(-9.0, -9.0, 0.0), v(9.0, -9.0, 0.0), v(9.0, 9.0, 0.0), v(-9.0, 9.0, 0.0)];
+    let panel = AreaLight { outline, luminance: 40.0, ..AreaLight::default() };
+    let tube = LinearLight {
+        from: v(-9.0, 0.0, 0.0),
+        to: v(9.0, 0.0, 0.0),
+        intensity: Some(30.0),
+        ..LinearLight::default()
+    };
+    let shown = |light: &dyn MakeLamp, z: f64| {
+        let scene = Scene::of_lamps("lights", &[light.lamp("it", none).unwrap()], 0.25).unwrap();
+        let camera = Camera { position: v(0.0, 0.0, z), field_of_view: 2.0, ..Camera::default() };
+        let view = View::new(&camera, Raster::new(3, 3).unwrap()).unwrap();
+        let rule = Rule::Sloped(2);
+        let image = render(&[Arc::new(scene).into()], &view, rule.plan().unwrap(), 0..3).unwrap();
+        let shader = illuminate(Vec::new(), Color::BLACK, Color::BLACK);
+        let image = image.shaded(Arc::new(Illuminate { white: 100.0, ..shader })).unwrap();
+        let channels = BTreeSet::from([Channel::Color]);
+        let picture = resolve(&image, rule, &Framing::whole(view.raster()), &channels).unwrap();
+        f64::from(picture.float("R").unwrap()[4])
+    };
+    close(shown(&panel, 2.0), 40.0 * PI / 100.0, 1e-5);
+    assert_eq!(shown(&panel, -2.0), 0.0);
+    close(shown(&tube, 2.0), 60.0 * PI / 100.0, 1e-5);
+    let off = AreaLight { on: false, ..panel };
+    assert_eq!(shown(&off, 2.0), 0.0);
+    let point = PointLight::default().lamp("point", none).unwrap();
+    assert!(Scene::of_lamps("lights", &[point], 0.1).is_err());
 }

@@ -6,6 +6,7 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::Gloss;
 use spandrel_engine::image::Image;
+use spandrel_engine::light::list::{AreaLight, LinearLight, MakeLamp, PolyhedralLight};
 use spandrel_engine::light::polygon::{Polygon, Surface};
 use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Lamp, point};
@@ -418,6 +419,33 @@ fn a_dimmed_light_is_a_sum_and_a_moved_one_is_itself_alone() {
     assert!(keys > kept.0);
     let fresh = spans(&[scene("boxes", boxes(3, 10, 4.0))], &side_view(4.0, 96, 64), 4);
     assert_eq!(red(&shown(&fresh, 1.0, 1.5, true)), red(&moved));
+}
+
+#[test]
+fn lights_that_are_seen_do_not_stand_in_their_own_way() {
+    // A floor under a tube, a panel and a lantern, each with its faces in the scene and without.
+    let floor = scene("floor", polygons(&[level([-3.0, 3.0], 0.0, [-3.0, 3.0])]));
+    let none = Path::new("");
+    let tube = LinearLight { from: v(-1.0, 1.0, 0.0), to: v(1.0, 1.0, 0.0), ..Default::default() };
+    let outline = level([-0.5, 0.5], 1.5, [-0.5, 0.5]).into_iter().rev().collect();
+    let panel = AreaLight { outline, ..Default::default() };
+    let mut lantern = PolyhedralLight::default();
+    lantern.points.iter_mut().for_each(|point| point.y += 1.5);
+    let lights: [&dyn MakeLamp; 3] = [&tube, &panel, &lantern];
+    for light in lights {
+        let lamp = light.lamp("light", none).unwrap();
+        let faces = Arc::new(Scene::of_lamps("lights", std::slice::from_ref(&lamp), 0.05).unwrap());
+        let view = side_view(4.0, 64, 48);
+        let with = spans(&[floor.clone(), faces], &view, 2);
+        let without = spans(std::slice::from_ref(&floor), &view, 2);
+        let [with, without] = [with, without]
+            .map(|image| picture(&lit(&image, vec![lamp.clone()], Shadows::Rays(64))));
+        // Where the floor is seen in both.
+        let pairs = red(&with).iter().zip(red(&without)).filter(|(a, b)| **a < 1.0 && **b > 0.0);
+        let off = pairs.filter(|(a, b)| (*a - *b).abs() > 1e-3 + 0.01 * **b).count();
+        assert!(off < 64 * 48 / 50, "{off} pixels");
+        assert!(mean(&without) > 0.01);
+    }
 }
 
 #[test]

@@ -65,10 +65,12 @@ pub mod shade {
 /// Scenes and cameras.
 pub mod source {
     mod camera;
+    mod light_faces;
     mod read_scene;
     mod read_spans;
     mod scene_camera;
     pub use camera::Camera;
+    pub use light_faces::LightFaces;
     pub use read_scene::ReadScene;
     pub use read_spans::ReadSpans;
     pub use scene_camera::SceneCamera;
@@ -115,6 +117,7 @@ pub fn register(registry: &mut Registry) {
         .register::<shade::Recolor>()
         .register::<shade::RecolorFrom>()
         .register::<source::Camera>()
+        .register::<source::LightFaces>()
         .register::<source::ReadScene>()
         .register::<source::ReadSpans>()
         .register::<source::SceneCamera>()

@@ -3,10 +3,14 @@
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::{Light, Receiver, Sample};
+use super::polygon::Polygon;
+use super::{Body, Light, Receiver, Sample};
 use crate::color::Color;
 use crate::math;
 use crate::trace::Toward;
+
+/// Sides of a tube that is seen.
+const SIDES: u32 = 16;
 
 /// A thin tube of equal luminance all over (\[N], "linear sources"): every metre of it has 1 candela across
 /// its axis, and the sine of that in other directions.
@@ -53,6 +57,23 @@ impl Light for Line {
             across * (l * h / square(l) + math::atan2(l, h)) / 2.0 - along * h * h / square(l) / 2.0
         };
         Color::grey(((integral(to) - integral(from)) / h).max(0.0) as f32)
+    }
+
+    fn body(&self, radius: f64) -> Option<Body> {
+        let [start, end] = self.ends;
+        let (u, v) = (end - start).normalize_or_zero().any_orthonormal_pair();
+        let at = |i: u32| {
+            let turn = f64::from(i) / f64::from(SIDES) * std::f64::consts::TAU;
+            (u * math::cos(turn) + v * math::sin(turn)) * radius
+        };
+        let side = |i: u32| {
+            let (a, b) = (at(i), at((i + 1) % SIDES));
+            let outline = vec![start + a, start + b, end + b, end + a];
+            Polygon { outline, holes: Vec::new() }
+        };
+        // From the side a metre of it shows an area of one diameter.
+        let polygons = (0..SIDES).map(side).collect();
+        Some(Body { polygons, luminance: 0.5 / radius, two_sided: false, casts: false })
     }
 
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {

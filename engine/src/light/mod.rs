@@ -71,6 +71,11 @@ pub trait Light: Send + Sync + Debug {
         true
     }
 
+    /// What can be seen of it; tubes have a radius in metres, what has no extent nothing.
+    fn body(&self, _radius: f64) -> Option<Body> {
+        None
+    }
+
     /// What is seen of it in a direction from everywhere, a unit vector, in cd/m2; `None` if it is not so
     /// far away or so large.
     fn luminance(&self, _direction: DVec3) -> Option<Color> {
@@ -82,6 +87,19 @@ pub trait Light: Send + Sync + Debug {
 
     /// A part of the source, chosen by two numbers in [0, 1).
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample;
+}
+
+/// What can be seen of a source: polygons that glow.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Its faces.
+    pub polygons: Vec<polygon::Polygon>,
+    /// Their luminance in cd/m2 if the source is of unit strength.
+    pub luminance: f64,
+    /// Whether they glow on their backs too.
+    pub two_sided: bool,
+    /// Whether they are in the way of light, as surfaces are that it comes from.
+    pub casts: bool,
 }
 
 /// A light with its name, strength and switch.

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 
-use super::{Light, Receiver, Sample};
+use super::{Body, Light, Receiver, Sample};
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::math;
@@ -255,6 +255,11 @@ impl Light for Surface {
             (-rings.sum::<f64>() * front.signum()).max(0.0)
         });
         Color::grey(lux.sum::<f64>() as f32)
+    }
+
+    fn body(&self, _: f64) -> Option<Body> {
+        let (polygons, two_sided) = (self.polygons.clone(), self.two_sided);
+        Some(Body { polygons, luminance: 1.0, two_sided, casts: true })
     }
 
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {

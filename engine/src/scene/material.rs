@@ -28,6 +28,9 @@ pub struct Material {
     /// It is seen from the front only; from behind the face is not there.
     #[serde(skip_serializing_if = "is_default")]
     pub one_sided: bool,
+    /// It casts shadows.
+    #[serde(skip_serializing_if = "is_true")]
+    pub casts: bool,
     /// Pictures by what they replace or modulate, such as `"color"` or `"normal"`.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub maps: BTreeMap<String, Map>,
@@ -42,6 +45,7 @@ impl Default for Material {
             unlit: false,
             finish: Finish::default(),
             one_sided: false,
+            casts: true,
             maps: BTreeMap::new(),
         }
     }
@@ -55,6 +59,10 @@ impl Material {
             AlphaMode::Opaque | AlphaMode::Mask(_) => 1.0,
         }
     }
+}
+
+fn is_true(value: &bool) -> bool {
+    *value
 }
 
 fn is_one(value: &f32) -> bool {

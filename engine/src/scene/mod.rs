@@ -9,6 +9,7 @@ pub mod examine;
 pub mod face;
 pub mod flat;
 pub mod geometry;
+mod lamps;
 pub mod material;
 pub mod mesh;
 mod mesh_file;

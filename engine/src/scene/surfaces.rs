@@ -214,6 +214,9 @@ impl Scene {
             let base = builder.points(mesh.points.iter().map(|p| world.transform_point3(*p)));
             for face in 0..mesh.face_count() {
                 let opacity = self.opacity(instance, face);
+                if opacity == 0.0 {
+                    continue;
+                }
                 let number = instance.first_ordinal + geometry.first_part(face);
                 geometry.pieces(face, |corners| {
                     builder.piece(number, opacity, corners.iter().map(|corner| base + corner));
@@ -228,6 +231,9 @@ impl Scene {
         let mesh = instance.geometry.mesh();
         let of = |front| &self.materials[instance.material_of(mesh.sides(face), front) as usize];
         let (front, back) = (of(true), of(false));
+        if !front.casts {
+            return 0.0;
+        }
         let blends = front.alpha_mode == AlphaMode::Blend || back.alpha_mode == AlphaMode::Blend;
         let alpha = |corner: &u32| mesh.colors.get(*corner as usize).map_or(1.0, |c| c[3]);
         let varies = blends && mesh.outline(face).iter().any(|corner| alpha(corner) != 1.0);

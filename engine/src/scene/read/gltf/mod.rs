@@ -127,6 +127,7 @@ impl Builder<'_> {
                 ..Finish::default()
             },
             one_sided: !material.double_sided(),
+            casts: true,
             maps,
         }
     }
