@@ -1,4 +1,5 @@
-//! The library of nodes: one file each, grouped by what they make. No node knows another.
+//! The library of nodes: one file each, grouped by what they make (the lights of a scene's list share one).
+//! No node knows another.
 //!
 //! To add one, write its file and name it in [`register`].
 
@@ -14,26 +15,10 @@ pub mod image {
 
 /// Light sources.
 pub mod light {
-    mod ambient_light;
-    mod area_light;
-    mod linear_light;
-    mod parallel_light;
-    mod point_light;
-    mod polyhedral_light;
+    mod listed;
     mod scene_lights;
-    mod sky_light;
-    mod spot_light;
-    mod sun_light;
-    pub use ambient_light::AmbientLight;
-    pub use area_light::AreaLight;
-    pub use linear_light::LinearLight;
-    pub use parallel_light::ParallelLight;
-    pub use point_light::PointLight;
-    pub use polyhedral_light::PolyhedralLight;
+    pub use listed::{Entry, Listed};
     pub use scene_lights::SceneLights;
-    pub use sky_light::SkyLight;
-    pub use spot_light::SpotLight;
-    pub use sun_light::SunLight;
 }
 
 /// What leaves the graph.
@@ -93,21 +78,22 @@ pub mod span {
 }
 
 use spandrel_engine::graph::Registry;
+use spandrel_engine::light::list;
 
 /// Adds all kinds of node of this library.
 pub fn register(registry: &mut Registry) {
     registry
         .register::<image::Read>()
         .register::<image::Resolve>()
-        .register::<light::AmbientLight>()
-        .register::<light::AreaLight>()
-        .register::<light::LinearLight>()
-        .register::<light::ParallelLight>()
-        .register::<light::PointLight>()
-        .register::<light::PolyhedralLight>()
-        .register::<light::SkyLight>()
-        .register::<light::SpotLight>()
-        .register::<light::SunLight>()
+        .register::<light::Listed<list::AmbientLight>>()
+        .register::<light::Listed<list::AreaLight>>()
+        .register::<light::Listed<list::LinearLight>>()
+        .register::<light::Listed<list::ParallelLight>>()
+        .register::<light::Listed<list::PointLight>>()
+        .register::<light::Listed<list::PolyhedralLight>>()
+        .register::<light::Listed<list::SkyLight>>()
+        .register::<light::Listed<list::SpotLight>>()
+        .register::<light::Listed<list::SunLight>>()
         .register::<light::SceneLights>()
         .register::<output::Write>()
         .register::<output::WriteSpans>()

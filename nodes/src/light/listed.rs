@@ -1,0 +1,101 @@
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::graph::node::FieldError;
+use spandrel_engine::graph::{Inputs, Node, Upstream};
+use spandrel_engine::light::list::{self, MakeLamp};
+use spandrel_engine::values::Lamps;
+use std::borrow::Cow;
+
+/// A light as scenes list it, as a node: its fields and their documentation are the light's own.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Listed<L>(L);
+
+/// A light that scenes list.
+pub trait Entry:
+    MakeLamp + Serialize + DeserializeOwned + JsonSchema + Default + Send + Sync + 'static
+{
+    /// Its name in graphs.
+    const KIND: &'static str;
+    /// What people who come from other programs call it.
+    const ALIASES: &'static [&'static str];
+}
+
+impl Entry for list::ParallelLight {
+    const KIND: &'static str = "ParallelLight";
+    const ALIASES: &'static [&'static str] = &["DirectLight", "DirectionalLight", "DistantLight"];
+}
+
+impl Entry for list::SunLight {
+    const KIND: &'static str = "SunLight";
+    const ALIASES: &'static [&'static str] = &["Sun", "Daylight", "SunSky"];
+}
+
+impl Entry for list::PointLight {
+    const KIND: &'static str = "PointLight";
+    const ALIASES: &'static [&'static str] =
+        &["OmniLight", "Light", "IesLight", "PhotometricLight"];
+}
+
+impl Entry for list::SpotLight {
+    const KIND: &'static str = "SpotLight";
+    const ALIASES: &'static [&'static str] = &["Spotlight", "ConeLight"];
+}
+
+impl Entry for list::LinearLight {
+    const KIND: &'static str = "LinearLight";
+    const ALIASES: &'static [&'static str] = &["LineLight", "TubeLight", "FluorescentLight"];
+}
+
+impl Entry for list::AreaLight {
+    const KIND: &'static str = "AreaLight";
+    const ALIASES: &'static [&'static str] =
+        &["RectLight", "QuadLight", "WindowLight", "PortalLight"];
+}
+
+impl Entry for list::PolyhedralLight {
+    const KIND: &'static str = "PolyhedralLight";
+    const ALIASES: &'static [&'static str] = &["MeshLight", "GeometryLight", "LanternLight"];
+}
+
+impl Entry for list::SkyLight {
+    const KIND: &'static str = "SkyLight";
+    const ALIASES: &'static [&'static str] =
+        &["DomeLight", "Skydome", "EnvironmentLight", "HemisphereLight"];
+}
+
+impl Entry for list::AmbientLight {
+    const KIND: &'static str = "AmbientLight";
+    const ALIASES: &'static [&'static str] = &["Ambient", "ConstantLight"];
+}
+
+impl<L: Entry> JsonSchema for Listed<L> {
+    fn schema_name() -> Cow<'static, str> {
+        L::schema_name()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        L::json_schema(generator)
+    }
+}
+
+impl<L: Entry> Node for Listed<L> {
+    type Output = Lamps;
+    const KIND: &'static str = L::KIND;
+    const GROUP: &'static str = "light";
+    const ALIASES: &'static [&'static str] = L::ALIASES;
+
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        Lamps::check(&self.0)
+    }
+
+    fn demand(&self, (): &(), _: &mut Upstream<'_>) -> Result<()> {
+        Ok(())
+    }
+
+    fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Lamps> {
+        Lamps::one(&self.0, inputs)
+    }
+}
