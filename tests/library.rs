@@ -110,7 +110,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 21] = [
+const LAYERS: [(&str, &[&str]); 22] = [
     ("error", &[]),
     ("math", &[]),
     ("key", &[]),
@@ -120,11 +120,18 @@ const LAYERS: [(&str, &[&str]); 21] = [
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),
     ("image", &["error", "color", "output"]),
-    ("trace", &["math"]),
+    ("polygon", &[]),
+    ("trace", &["math", "polygon"]),
     ("fragment", &["camera", "color", "error", "key", "trace"]),
-    ("light", &["color", "error", "fragment", "key", "math", "trace"]),
+    ("light", &["color", "error", "fragment", "key", "math", "polygon", "trace"]),
     ("span", &["camera", "color", "error", "fragment", "key", "math", "raster"]),
-    ("scene", &["camera", "color", "error", "fragment", "key", "light", "math", "text", "trace"]),
+    (
+        "scene",
+        &[
+            "camera", "color", "error", "fragment", "key", "light", "math", "polygon", "text",
+            "trace",
+        ],
+    ),
     ("shadow", &["camera", "fragment", "span", "trace"]),
     ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
     ("shade", &["color", "error", "fragment", "key", "light", "math", "shadow", "trace"]),

@@ -82,9 +82,9 @@ impl Case<'_> {
             fragments.color.push(Color::WHITE);
             fragments.alpha.push(1.0);
             fragments.unlit.push(false);
+            fragments.finish.push(Default::default());
         }
-        let around =
-            Around { world: Some(&world), own: (&label, key), rest: &[], batch: &Anywhere };
+        let around = Around { world: Some(&world), before: &[], batch: &Anywhere };
         shader.shade(&mut fragments, &around);
         let ours: Vec<String> = fragments.color.iter().map(|color| color.g.to_string()).collect();
         std::fs::write(at("ours"), ours.join("\n") + "\n").unwrap();

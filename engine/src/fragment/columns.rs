@@ -9,6 +9,8 @@ pub struct Columns(u32);
 impl Columns {
     /// No column.
     pub const NONE: Columns = Columns(0);
+    /// Every column.
+    pub const ALL: Columns = Columns(u32::MAX);
     /// Colour, alpha, and whether lights act on it.
     pub const COLOR: Columns = Columns(1);
     /// The normal.

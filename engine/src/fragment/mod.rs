@@ -61,7 +61,7 @@ pub struct Fragments<'v> {
     /// The unit normal of the face itself, on the side that is seen ([`Columns::FACING`]). Empty if the
     /// surfaces do not say; the [`normal`](Fragments::normal) then serves.
     pub facing: Vec<DVec3>,
-    /// How the surface answers light ([`Columns::FINISH`]). Empty if the surfaces do not say: matt.
+    /// How the surface answers light ([`Columns::FINISH`]). Surfaces that are matt may leave the column empty.
     pub finish: Vec<Finish>,
     /// Scene-linear colour: the surface's own at first, and what the last shader made of it at the
     /// end ([`Columns::COLOR`]).
@@ -190,6 +190,9 @@ impl<'v> Fragments<'v> {
         if wanted.contains(Columns::COLOR) {
             self.alpha.resize(self.len(), 1.0);
         }
+        if wanted.contains(Columns::FINISH) {
+            self.finish.resize(self.len(), Finish::default());
+        }
         if let Some(layers) = &mut self.layers {
             layers.layer(Layers::REST, self.color.len()).copy_from_slice(&self.color);
         }
@@ -266,6 +269,12 @@ pub trait Shader: Send + Sync + Debug {
     /// The columns that it reads.
     fn reads(&self) -> Columns;
 
+    /// The columns that it changes, if it knows: what others [keep](Batch::keep) of fragments stays true while
+    /// only columns change that they do not read.
+    fn changes(&self) -> Columns {
+        Columns::ALL
+    }
+
     /// The names of the [layers](Fragments::layers) that it makes.
     fn layers(&self) -> Vec<String> {
         Vec::new()
@@ -282,10 +291,8 @@ pub struct Around<'a> {
     /// Everything that was in the image when the shader was applied; there if it reads
     /// [`Columns::WORLD`].
     pub world: Option<&'a World>,
-    /// The name and key of the scene that the fragments are of.
-    pub own: (&'a str, Key),
-    /// The rest of the stack; this shader is the first of it.
-    pub rest: &'a [Stage],
+    /// What was done to the fragments' source before.
+    pub before: &'a [Stage],
     /// Where the fragments are.
     pub batch: &'a dyn Batch,
 }

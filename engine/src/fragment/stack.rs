@@ -177,10 +177,8 @@ pub fn fill_at_start(
 }
 
 /// Runs a stack over fragments whose columns are filled, and takes them to `places`, the last first.
-/// `own` is the place of their scene's name and key.
 pub fn run(
     stack: &[Stage],
-    own: (&str, Key),
     mut places: Vec<[Vec<f64>; 3]>,
     batch: &dyn Batch,
     fragments: &mut Fragments<'_>,
@@ -188,8 +186,8 @@ pub fn run(
     for (at, stage) in stack.iter().enumerate() {
         match stage {
             Stage::Shade(shading) => {
-                let around =
-                    Around { world: shading.world.as_deref(), own, rest: &stack[at..], batch };
+                let world = shading.world.as_deref();
+                let around = Around { world, before: &stack[..at], batch };
                 shading.shader.shade(fragments, &around);
             }
             Stage::Place(_) => {

@@ -26,6 +26,8 @@ pub struct Member {
 #[derive(Debug)]
 pub struct World {
     key: Key,
+    /// What casts in it, whatever was done to its colours.
+    geometry: Key,
     members: Vec<Member>,
     /// The places of members whose geometry no earlier one has.
     distinct: Vec<usize>,
@@ -44,18 +46,29 @@ impl World {
         }
         let same = |a: &Member, b: &Member| a.scene == b.scene && a.label == b.label;
         let is_new = |at: &usize| !members[..*at].iter().any(|known| same(known, &members[*at]));
-        let distinct = (0..members.len()).filter(is_new).collect();
-        World { key: key.finish(), members, distinct, is_missing: false }
+        let distinct: Vec<usize> = (0..members.len()).filter(is_new).collect();
+        let mut geometry = KeyHasher::new("geometry");
+        for at in &distinct {
+            geometry.bytes(members[*at].label.as_bytes()).key(members[*at].scene);
+        }
+        let (key, geometry) = (key.finish(), geometry.finish());
+        World { key, geometry, members, distinct, is_missing: false }
     }
 
     /// A world of which only the key is known.
     pub(super) fn missing(key: Key) -> World {
-        World { key, members: Vec::new(), distinct: Vec::new(), is_missing: true }
+        let (members, distinct) = (Vec::new(), Vec::new());
+        World { key, geometry: key, members, distinct, is_missing: true }
     }
 
     /// What it is.
     pub fn key(&self) -> Key {
         self.key
+    }
+
+    /// What casts shadows in it: the same in worlds that differ in shaders alone.
+    pub fn geometry(&self) -> Key {
+        self.geometry
     }
 
     /// The sources.
@@ -68,11 +81,6 @@ impl World {
         self.distinct
             .iter()
             .filter_map(|at| self.members[*at].surfaces.casters().map(|casters| (*at, casters)))
-    }
-
-    /// The place of a scene among the members.
-    pub fn place(&self, (label, scene): (&str, Key)) -> Option<usize> {
-        self.members.iter().position(|member| member.label == label && member.scene == scene)
     }
 
     /// Whether all of it is there.

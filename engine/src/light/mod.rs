@@ -67,7 +67,7 @@ pub trait Light: Send + Sync + Debug {
     }
 
     /// Whether its samples are enough for gloss to mirror it. A sky is mirrored by rays.
-    fn shines(&self) -> bool {
+    fn is_mirrored(&self) -> bool {
         true
     }
 

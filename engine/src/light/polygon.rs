@@ -1,6 +1,5 @@
 //! Light from surfaces: planar polygons with holes, and closed bodies.
 
-use earcut::{Earcut, utils3d::project3d_to_2d};
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
@@ -9,6 +8,7 @@ use super::{Body, Light, Receiver, Sample};
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::math;
+use crate::polygon::{self, area_vector};
 use crate::trace::Toward;
 
 /// Planar polygons of 1 cd/m2, diffuse: Lambert's law (\[N], "area sources" and "polyhedral sources").
@@ -40,16 +40,9 @@ struct Triangles {
 }
 
 impl Polygon {
-    /// Twice the area, as a vector to the front, without holes.
-    fn area_vector(ring: &[DVec3]) -> DVec3 {
-        let Some(origin) = ring.first() else { return DVec3::ZERO };
-        let pairs = ring.windows(2);
-        pairs.map(|pair| (pair[0] - origin).cross(pair[1] - origin)).sum()
-    }
-
     /// Whether a point is inside the outline, or on it, as seen along the axis that it faces most.
     fn encloses(&self, point: DVec3) -> bool {
-        let facing = Polygon::area_vector(&self.outline).abs();
+        let facing = area_vector(self.outline.iter().copied()).abs();
         let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).unwrap_or(1);
         let [u, v] = [(along + 1) % 3, (along + 2) % 3];
         let mut is_inside = false;
@@ -69,14 +62,14 @@ impl Polygon {
     }
 
     fn normal(&self) -> DVec3 {
-        Polygon::area_vector(&self.outline).normalize_or_zero()
+        area_vector(self.outline.iter().copied()).normalize_or_zero()
     }
 
     /// The outline and the holes, with whether each runs counter-clockwise.
     fn rings(&self) -> impl Iterator<Item = (&[DVec3], f64)> {
         let normal = self.normal();
         let holes = self.holes.iter().map(move |hole| {
-            let turns = Polygon::area_vector(hole).dot(normal);
+            let turns = area_vector(hole.iter().copied()).dot(normal);
             (&hole[..], if turns > 0.0 { -1.0 } else { 1.0 })
         });
         std::iter::once((&self.outline[..], 1.0)).chain(holes)
@@ -89,19 +82,9 @@ impl Polygon {
             holes.push(points.len() as u32);
             points.extend(hole);
         }
-        let origin = points[0];
-        let relative: Vec<[f64; 3]> = points.iter().map(|p| (*p - origin).to_array()).collect();
-        let (mut flat, mut indices): (Vec<[f64; 2]>, Vec<u32>) = (Vec::new(), Vec::new());
-        if project3d_to_2d(&relative, self.outline.len(), &mut flat) {
-            Earcut::new().earcut(flat.iter().copied(), &holes, &mut indices);
-        }
-        let normal = self.normal();
         let corner = |i: u32| points[i as usize];
-        let triangle = |t: &[u32]| {
-            let [a, b, c] = [t[0], t[1], t[2]].map(corner);
-            if (b - a).cross(c - a).dot(normal) < 0.0 { [a, c, b] } else { [a, b, c] }
-        };
-        indices.chunks_exact(3).map(triangle).collect()
+        let triangles = polygon::triangles(&points, &holes).into_iter();
+        triangles.map(|triangle| triangle.map(corner)).collect()
     }
 }
 
@@ -121,7 +104,7 @@ impl Surface {
             if !rings().flatten().all(|p| p.is_finite()) {
                 return Err(Error::invalid(format!("{which}a corner is not finite")));
             }
-            let area = Polygon::area_vector(&polygon.outline);
+            let area = area_vector(polygon.outline.iter().copied());
             let low = polygon.outline.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
             let high = polygon.outline.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
             let reach = (high - low).length();
@@ -131,7 +114,7 @@ impl Surface {
             if !polygon.holes.iter().flatten().all(|p| polygon.encloses(*p)) {
                 return Err(Error::invalid(format!("{which}a hole leaves the outline")));
             }
-            let holes = polygon.holes.iter().map(|hole| Polygon::area_vector(hole).length());
+            let holes = polygon.holes.iter().map(|hole| area_vector(hole.iter().copied()).length());
             if holes.sum::<f64>() >= area.length() {
                 return Err(Error::invalid(format!("{which}the holes leave nothing of it")));
             }
@@ -169,8 +152,9 @@ impl Surface {
                 "the body is not closed: every edge belongs to two faces that run it in opposite directions",
             ));
         }
-        let volume =
-            |polygon: &Polygon| polygon.outline[0].dot(Polygon::area_vector(&polygon.outline));
+        let volume = |polygon: &Polygon| {
+            polygon.outline[0].dot(area_vector(polygon.outline.iter().copied()))
+        };
         let surface = Surface::new(polygons, false)?;
         if surface.polygons.iter().map(volume).sum::<f64>() <= 0.0 {
             return Err(Error::invalid(

@@ -281,7 +281,7 @@ impl Light for Sky {
         Color::grey((above + below) as f32)
     }
 
-    fn shines(&self) -> bool {
+    fn is_mirrored(&self) -> bool {
         false
     }
 

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::rule::{Framing, Rule, Share, shares};
+use super::strip::left_of;
 use crate::fragment::{Kept, Piece, World};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
@@ -108,83 +109,76 @@ impl<'a> Shadows<'a> {
         }
     }
 
-    /// What a spot covers of the raster, line by line.
+    /// What a spot covers of the raster: its whole pixel, or pieces of lines, where the face is for certain.
     pub(super) fn pieces(&self, spot: &Spot) -> Vec<Piece> {
         let Framing { scale, pan, .. } = self.framing;
-        let back = |x: f64, pan: f64, scale: f64| (x - pan) / scale;
-        let ends = |at: u32, pan: f64, scale: f64| {
-            [f64::from(at), f64::from(at) + 1.0].map(|x| back(x, pan, scale))
-        };
-        let x = ends(spot.column, pan.x, scale.x);
+        let x = self.back(spot.column..spot.column + 1);
         if spot.is_whole {
-            return vec![Piece { x, y: ends(spot.row, pan.y, scale.y) }];
+            let y = [spot.row, spot.row + 1].map(|row| (f64::from(row) - pan.y) / scale.y);
+            return vec![Piece { x, y }];
         }
-        let plan = self.image.plan();
-        let raster = self.image.view().raster();
-        let all = plan.lines(&(0..raster.height));
         let mut pieces = Vec::new();
-        for share in shares(self.rule, plan, self.framing, spot.row, all.end) {
+        for share in self.shares(spot.row) {
             let Some(k) = share.line else { continue };
-            // On the line itself, where the face is for certain.
-            let y = [plan.y(k); 2];
-            let line = self.image.lines().line(k);
-            let first = line.partition_point(|span| raster.pixels(span.x) <= x[0]).max(1) - 1;
-            let mut add = |from: u32, to: u32| {
-                let cut = [raster.pixels(from).max(x[0]), raster.pixels(to).min(x[1])];
-                if cut[0] < cut[1] {
-                    pieces.push(Piece { x: cut, y });
-                }
-            };
-            for (i, span) in line.iter().enumerate().skip(first) {
-                if raster.pixels(span.x) >= x[1] {
-                    break;
-                }
-                if span.face == spot.face {
-                    add(span.x, line.get(i + 1).map_or(raster.cells(), |span| span.x));
-                }
-            }
-            let layers = self.image.layers().line(k).iter().filter(|s| s.face == spot.face);
-            layers.for_each(|s| add(s.start, s.end));
+            self.each_part(k, spot.face, x, |x| pieces.push(Piece { x, y: [self.image.y(k); 2] }));
         }
         pieces
     }
 
     /// How much of some pixels the lines of their row give to a face.
     fn covers(&self, row: &Row, face: FaceId, columns: &Range<u32>) -> f32 {
-        let raster = self.image.view().raster();
-        let place = |x: u32| raster.pixels(x) * self.framing.scale.x + self.framing.pan.x;
-        let back = |x: f64| (x - self.framing.pan.x) / self.framing.scale.x;
-        let (left, right) = (f64::from(columns.start), f64::from(columns.end));
-        let overlap = |from: u32, to: u32| (place(to).min(right) - place(from).max(left)).max(0.0);
+        let x = self.back(columns.clone());
         let mut total = 0.0;
         for share in &row.shares {
             let Some(k) = share.line else { continue };
-            let line = self.image.lines().line(k);
-            let first = line.partition_point(|span| raster.pixels(span.x) <= back(left)).max(1) - 1;
-            for (i, span) in line.iter().enumerate().skip(first) {
-                if raster.pixels(span.x) >= back(right) {
-                    break;
-                }
-                if span.face == face {
-                    let end = line.get(i + 1).map_or(raster.cells(), |span| span.x);
-                    total += overlap(span.x, end) * share.weight;
-                }
-            }
-            let layers = self.image.layers().line(k).iter().filter(|s| s.face == face);
-            total += layers.map(|s| overlap(s.start, s.end)).sum::<f64>() * share.weight;
+            self.each_part(k, face, x, |[from, to]| total += (to - from) * share.weight);
         }
-        total as f32
+        (total * self.framing.scale.x) as f32
+    }
+
+    /// Columns of the picture in pixels of the raster.
+    fn back(&self, columns: Range<u32>) -> [f64; 2] {
+        let Framing { scale, pan, .. } = self.framing;
+        [columns.start, columns.end].map(|x| (f64::from(x) - pan.x) / scale.x)
+    }
+
+    /// Visits the parts of a line, between two places in pixels of the raster, that show a face.
+    fn each_part(&self, k: u32, face: FaceId, x: [f64; 2], mut visit: impl FnMut([f64; 2])) {
+        let raster = self.image.view().raster();
+        let mut cut = |start: u32, end: u32| {
+            let part = [raster.pixels(start).max(x[0]), raster.pixels(end).min(x[1])];
+            if part[0] < part[1] {
+                visit(part);
+            }
+        };
+        let line = self.image.lines().line(k);
+        let first = line.partition_point(|span| raster.pixels(span.x) <= x[0]).max(1) - 1;
+        for (i, span) in line.iter().enumerate().skip(first) {
+            if raster.pixels(span.x) >= x[1] {
+                break;
+            }
+            if span.face == face {
+                cut(span.x, line.get(i + 1).map_or(raster.cells(), |span| span.x));
+            }
+        }
+        let layers = self.image.layers().line(k).iter().filter(|s| s.face == face);
+        layers.for_each(|s| cut(s.start, s.end));
+    }
+
+    /// The lines of a row of the picture.
+    fn shares(&self, row: u32) -> Vec<Share> {
+        let plan = self.image.plan();
+        let all = plan.lines(&(0..self.image.view().raster().height));
+        shares(self.rule, plan, self.framing, row, all.end)
     }
 
     fn row(&self, row: u32, key: Key, from: Toward, world: &World) -> Arc<Row> {
         if let Some(known) = self.rows.borrow().get(&(key, row)) {
             return known.clone();
         }
-        let plan = self.image.plan();
-        let all = plan.lines(&(0..self.image.view().raster().height));
-        let shares = shares(self.rule, plan, self.framing, row, all.end);
+        let shares = self.shares(row);
         let mut parts = Vec::new();
-        let per_chunk = CHUNK * plan.per_row;
+        let per_chunk = CHUNK * self.image.plan().per_row;
         let mut chunk: Option<(u32, Arc<shadow::Lines>)> = None;
         for share in &shares {
             let Some(k) = share.line else { continue };
@@ -246,8 +240,10 @@ impl<'a> Shadows<'a> {
         let (low, high) = (low.clamp(first, last), high.clamp(first, last));
         let weight = share.weight * f64::from(1.0 - shadow.through);
         for column in low as u32..(high.ceil() as u32).min(columns.end) {
-            let left = f64::from(column);
-            let part = left_of(end, left) - left_of(start, left);
+            let left = |[top, bottom]: [f64; 2]| {
+                left_of(top - f64::from(column), bottom - f64::from(column), 1.0)
+            };
+            let part = left(end) - left(start);
             if part <= 0.0 {
                 continue;
             }
@@ -287,30 +283,10 @@ fn by_column(parts: &[Part], columns: &Range<u32>) -> (Vec<Part>, Vec<u32>) {
     (kept, ends)
 }
 
-/// What of a pixel lies left of a boundary that leans.
-#[inline]
-fn left_of([top, bottom]: [f64; 2], pixel: f64) -> f64 {
-    let (top, bottom) = (top - pixel, bottom - pixel);
-    if top.min(bottom) >= 1.0 {
-        return 1.0;
-    }
-    if top.max(bottom) <= 0.0 {
-        return 0.0;
-    }
-    if (bottom - top).abs() < 1e-9 {
-        return top.clamp(0.0, 1.0);
-    }
-    let integral = |z: f64| {
-        let z = z.max(0.0);
-        if z < 1.0 { z * z / 2.0 } else { z - 0.5 }
-    };
-    (integral(bottom) - integral(top)) / (bottom - top)
-}
-
 /// What the patches that receive the shadows of a world are known by.
 fn patches_key(world: &World) -> Key {
     let mut key = KeyHasher::new("patches");
-    key.key(world.key());
+    key.key(world.geometry());
     key.finish()
 }
 
@@ -321,6 +297,6 @@ fn key(from: Toward, world: &World) -> Key {
         Toward::Direction(direction) => (0u8, direction),
         Toward::Point(point) => (1, point),
     };
-    key.bytes(&[kind]).value(&place.to_array()).key(world.key());
+    key.bytes(&[kind]).value(&place.to_array()).key(world.geometry());
     key.finish()
 }

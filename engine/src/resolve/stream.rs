@@ -475,7 +475,7 @@ impl<'a> Stream<'a> {
 impl Gathered {
     fn bytes(&self) -> usize {
         let groups = self.batches.iter().chain(&self.layered);
-        let of_groups: usize = groups.map(|group| group.ordinal.len() * 61).sum();
+        let of_groups: usize = groups.map(Group::bytes).sum();
         of_groups
             + size_of_val(&*self.alike)
             + size_of_val(&*self.blends)
@@ -486,6 +486,14 @@ impl Gathered {
 }
 
 impl Group {
+    fn bytes(&self) -> usize {
+        size_of_val(&*self.ordinal)
+            + size_of_val(&*self.sees_front)
+            + self.points.iter().map(|column| size_of_val(&**column)).sum::<usize>()
+            + size_of_val(&*self.spots)
+            + size_of_val(&*self.pixels)
+    }
+
     fn push(&mut self, image: &SpanImage, point: Point, row: u32, column: u32, is_whole: bool) {
         let (_, face) = image.face(point.face);
         self.ordinal.push(face.ordinal);

@@ -24,6 +24,27 @@ pub(super) struct Strip {
     right_high: f64,
 }
 
+/// How far a boundary that runs straight from `top` to `bottom` lies to the right of 0, cut off at 0 and
+/// `width`: the mean over its height.
+#[inline(always)]
+pub(super) fn left_of(top: f64, bottom: f64, width: f64) -> f64 {
+    if top <= 0.0 && bottom <= 0.0 {
+        return 0.0;
+    }
+    if top >= width && bottom >= width {
+        return width;
+    }
+    if (bottom - top).abs() < 1e-9 {
+        return top.clamp(0.0, width);
+    }
+    // The integral of a line cut off at 0 and `width`, over its length.
+    let integral = |z: f64| {
+        let z = z.max(0.0);
+        if z < width { z * z / 2.0 } else { (z - width / 2.0) * width }
+    };
+    ((integral(bottom) - integral(top)) / (bottom - top)).clamp(0.0, width)
+}
+
 impl Strip {
     /// Makes it a strip that shows `face` from far left on.
     pub(super) fn begin(&mut self, weight: f64, y: f64, face: FaceId) {
@@ -78,22 +99,7 @@ impl Strip {
     /// height.
     #[inline(always)]
     pub(super) fn clipped(&self, i: usize, x: f64, width: f64) -> f64 {
-        let (top, bottom) = (self.top[i] - x, self.bottom[i] - x);
-        if top <= 0.0 && bottom <= 0.0 {
-            return 0.0;
-        }
-        if top >= width && bottom >= width {
-            return width;
-        }
-        if (bottom - top).abs() < 1e-9 {
-            return top.clamp(0.0, width);
-        }
-        // The integral of a line cut off at 0 and `width`, over its length.
-        let integral = |z: f64| {
-            let z = z.max(0.0);
-            if z < width { z * z / 2.0 } else { (z - width / 2.0) * width }
-        };
-        ((integral(bottom) - integral(top)) / (bottom - top)).clamp(0.0, width)
+        left_of(self.top[i] - x, self.bottom[i] - x, width)
     }
 
     /// Along how much of the pixel at `x` this strip's bottom and the next strip's top show different

@@ -10,13 +10,13 @@
 //!
 //! What was changed is counted and told.
 
-use earcut::{Earcut, utils3d::project3d_to_2d};
 use glam::DVec3;
 use std::collections::HashMap;
 
 use super::face::Face;
 use super::mesh::Mesh;
 use crate::error::Result;
+use crate::polygon::{self, area_vector};
 
 /// How far a polygon's corners may leave its plane, as a share of its diameter. Its outline on the
 /// picture stays exact; only depth is off, by no more than this.
@@ -204,14 +204,6 @@ impl Geometry {
             }
         }
     }
-}
-
-/// Twice the area of a polygon times its normal (Newell): right for concave polygons, and the best
-/// fit to one that is not planar.
-pub(super) fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
-    let Some(origin) = points.clone().next() else { return DVec3::ZERO };
-    let next = points.clone().skip(1);
-    points.zip(next).map(|(p, q)| (p - origin).cross(q - origin)).sum()
 }
 
 /// The unit normal of a polygon's plane, to its front. An outline that crosses itself may enclose as
@@ -407,23 +399,9 @@ fn triangles(mesh: &Mesh, face: &Face) -> Vec<[u32; 3]> {
         holes.push(corners.len() as u32);
         corners.extend_from_slice(hole);
     }
-    let origin = mesh.points[corners[0] as usize];
-    let points: Vec<[f64; 3]> =
-        corners.iter().map(|c| (mesh.points[*c as usize] - origin).to_array()).collect();
-    let mut flat = Vec::new();
-    let mut indices: Vec<u32> = Vec::new();
-    if project3d_to_2d(&points, face.outline.len(), &mut flat) {
-        Earcut::new().earcut(flat.iter().copied(), &holes, &mut indices);
-    }
-    let corner = |i: u32| corners[i as usize];
-    let normal = area_vector(face.outline.iter().map(|c| mesh.points[*c as usize]));
-    let triangles = indices.chunks_exact(3).map(|t| [corner(t[0]), corner(t[1]), corner(t[2])]);
-    triangles
-        .map(|t| {
-            let turned = area_vector(t.iter().map(|c| mesh.points[*c as usize]));
-            if turned.dot(normal) < 0.0 { [t[0], t[2], t[1]] } else { t }
-        })
-        .collect()
+    let points: Vec<DVec3> = corners.iter().map(|c| mesh.points[*c as usize]).collect();
+    let triangles = polygon::triangles(&points, &holes).into_iter();
+    triangles.map(|triangle| triangle.map(|i| corners[i as usize])).collect()
 }
 
 /// Finds the planes of faces, one for all faces that lie in it.

@@ -4,9 +4,9 @@ use glam::DVec3;
 use std::collections::HashMap;
 
 use super::face::Outline;
-use super::geometry::area_vector;
 use super::mesh::Mesh;
 use crate::math;
+use crate::polygon::area_vector;
 
 impl Mesh {
     /// Gives every vertex a normal: the mean, by area, of the faces around it that meet the vertex's

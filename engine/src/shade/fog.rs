@@ -90,6 +90,10 @@ impl Shader for Fog {
         Columns::COLOR | Columns::DEPTH
     }
 
+    fn changes(&self) -> Columns {
+        Columns::COLOR
+    }
+
     fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
         let view = fragments.view;
         let eye = view.camera().position;

@@ -7,13 +7,14 @@ use std::f32::consts::PI;
 use std::sync::Arc;
 
 use super::gloss;
+use super::pattern::{Pattern, Spread};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Columns, Finish, Fragments, Gloss, Kept, Layers, Piece, Shader, World,
+    Around, Batch, Columns, Finish, Fragments, Gloss, Kept, Layers, Shader, Stage, World,
 };
 use crate::key::KeyHasher;
-use crate::light::{Lamp, Receiver, Sample};
-use crate::shadow::lies_in;
+use crate::light::{Lamp, Light, Receiver, Sample};
+use crate::shadow;
 use crate::trace::{Casters, Ray, Toward};
 
 /// Lights surfaces: colour times the light received, and what shines on them. Unlit surfaces stay as they
@@ -103,6 +104,10 @@ impl Shader for Illuminate {
         reads
     }
 
+    fn changes(&self) -> Columns {
+        Columns::COLOR
+    }
+
     fn layers(&self) -> Vec<String> {
         self.lamps.iter().map(|lamp| lamp.name.clone()).collect()
     }
@@ -110,17 +115,8 @@ impl Shader for Illuminate {
     fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>) {
         let count = fragments.len();
         let scale = 1.0 / self.white;
-        let own: Vec<Color> = (0..count)
-            .map(|i| {
-                let gloss = fragments.finish.get(i).map_or(Gloss::None, |finish| finish.gloss);
-                gloss::reflectance(gloss, fragments.color[i])
-            })
-            .collect();
         let glow = |finish: &Finish| finish.glow * (PI * scale);
-        let matt = Finish::default();
-        let finishes: Vec<Finish> =
-            (0..count).map(|i| fragments.finish.get(i).copied().unwrap_or(matt)).collect();
-        let mut sum: Vec<Color> = finishes.iter().map(glow).collect();
+        let mut sum: Vec<Color> = fragments.finish.iter().map(glow).collect();
         let mut layers = fragments.layers.take().map(|_| Layers::default());
         for lamp in self.lamps.iter().filter(|lamp| lamp.shines()) {
             let received = self.received(lamp, fragments, around);
@@ -128,16 +124,18 @@ impl Shader for Illuminate {
             let is_everywhere = lamp.light.is_everywhere();
             let shown = |i: usize| {
                 // Light from everywhere is mirrored from everywhere: gloss takes nothing of it.
-                let finish = &finishes[i];
+                let (finish, color) = (&fragments.finish[i], fragments.color[i]);
                 // So is light whose mirror image is not computed: else metals would be black under it.
-                let share = match (is_everywhere, lamp.light.shines()) {
+                let share = match (is_everywhere, lamp.light.is_mirrored()) {
                     (true, _) => finish.ambient,
                     (false, false) => finish.diffuse,
                     (false, true) => finish.diffuse * gloss::left_by(finish.gloss),
                 };
-                let diffuse = fragments.color[i] * received.diffuse.at(i) * share;
-                let [by_own, rest] = received.gloss.get(i).copied().unwrap_or_default();
-                (diffuse + own[i] * by_own + rest) * strength
+                let diffuse = color * received.diffuse.at(i) * share;
+                let shine = received.gloss.get(i).map_or(Color::BLACK, |[by_own, rest]| {
+                    gloss::reflectance(finish.gloss, color) * *by_own + *rest
+                });
+                (diffuse + shine) * strength
             };
             for (i, sum) in sum.iter_mut().enumerate() {
                 *sum = *sum + shown(i);
@@ -150,7 +148,7 @@ impl Shader for Illuminate {
         }
         for (i, sum) in sum.into_iter().enumerate() {
             let color = if fragments.unlit[i] { fragments.color[i] } else { sum };
-            let rest = if fragments.unlit[i] { color } else { glow(&finishes[i]) };
+            let rest = if fragments.unlit[i] { color } else { glow(&fragments.finish[i]) };
             fragments.color[i] = color;
             if let Some(layers) = &mut layers {
                 layers.layer(Layers::REST, count)[i] = rest;
@@ -175,110 +173,143 @@ impl Illuminate {
         let mut key = KeyHasher::new("received");
         key.key(lamp.key()).value(&(self.shadows, self.samples));
         around.world.into_iter().for_each(|world| {
-            key.key(world.key());
+            key.key(world.geometry());
         });
-        // What was done to the normals and places of fragments before is part of what they receive.
-        key.bytes(&[around.rest.len() as u8]);
+        // What was done before to anything but colours, which are not read here.
+        for stage in around.before {
+            match stage {
+                Stage::Shade(shading) if shading.shader().changes() == Columns::COLOR => {}
+                stage => {
+                    key.key(stage.key());
+                }
+            }
+        }
         let key = key.finish();
         if let Some(known) = around.batch.kept(key).and_then(|kept| kept.downcast().ok()) {
             return known;
         }
-        let received = Arc::new(self.compute(lamp, fragments, around));
+        let received = Arc::new(Lighting::new(self, lamp, fragments, around).received());
         let bytes = received.diffuse.bytes() + size_of_val(&*received.gloss);
         around.batch.keep(key, received.clone() as Kept, bytes);
         received
     }
+}
 
-    fn compute(&self, lamp: &Lamp, fragments: &Fragments<'_>, around: &Around<'_>) -> Received {
+/// One light on one batch of fragments.
+struct Lighting<'a> {
+    light: &'a dyn Light,
+    fragments: &'a Fragments<'a>,
+    batch: &'a dyn Batch,
+    /// What of each fragment is lit by the light's one place, if lines tell.
+    exact: Option<Vec<f32>>,
+    /// What rays may meet, if shadows are found by rays.
+    world: Option<&'a World>,
+    casters: Vec<(usize, &'a Casters)>,
+    /// Rays or parts of the source for each fragment.
+    samples: u32,
+    /// Whether anything mirrors the light.
+    shines: bool,
+}
+
+impl<'a> Lighting<'a> {
+    fn new(
+        shader: &Illuminate,
+        lamp: &'a Lamp,
+        fragments: &'a Fragments<'a>,
+        around: &Around<'a>,
+    ) -> Lighting<'a> {
         let light = &*lamp.light;
         let world = around.world.filter(|_| !light.is_everywhere());
-        // Sharp shadows that the lines know.
-        let exact = match (self.shadows, light.toward(), world) {
+        let exact = match (shader.shadows, light.toward(), world) {
             (Shadows::Volumes, Some(from), Some(world)) => around.batch.lit(from, world),
             _ => None,
         };
-        let rays = match self.shadows {
-            Shadows::Off => 0,
-            Shadows::Rays(rays) => rays.max(1),
+        let samples = match shader.shadows {
+            Shadows::Rays(rays) => rays,
             Shadows::Volumes if light.toward().is_some() => 1,
-            Shadows::Volumes => self.samples.max(1),
+            Shadows::Off | Shadows::Volumes => shader.samples,
         };
-        let world = world.filter(|_| exact.is_none() && rays > 0);
-        let casters: Vec<(usize, &Casters)> = world.into_iter().flat_map(World::casters).collect();
-        let shines = light.shines() && shines(fragments);
-        let mut diffuse = Vec::with_capacity(fragments.len());
-        let mut gloss = Vec::with_capacity(if shines { fragments.len() } else { 0 });
-        for i in 0..fragments.len() {
-            let spot = Spot::new(fragments, i);
-            if fragments.unlit[i] {
-                diffuse.push(Color::BLACK);
-                gloss.extend(shines.then_some([Color::BLACK; 2]));
-                continue;
-            }
-            let at = spot.receiver;
-            let shine = |sample: &Sample| gloss::sent(spot.finish, &at, spot.to_eye, sample);
-            if light.is_everywhere() {
-                diffuse.push(light.irradiance(&at));
-                gloss.extend(shines.then_some([Color::BLACK; 2]));
-                continue;
-            }
-            let whole = spot.irradiance(light.toward(), light.irradiance(&at));
-            let needs_samples = world.is_some() || (shines && light.toward().is_none());
-            if !needs_samples {
-                let lit = exact.as_ref().map_or(1.0, |exact| exact[i]);
-                diffuse.push(whole * lit);
-                if shines {
-                    let sent = shine(&light.sample(&at, DVec2::splat(0.5)));
-                    gloss.push(
-                        sent.map(
-                            |part| if whole == Color::BLACK { Color::BLACK } else { part * lit },
-                        ),
-                    );
-                }
-                continue;
-            }
-            if whole == Color::BLACK {
-                diffuse.push(Color::BLACK);
-                gloss.extend(shines.then_some([Color::BLACK; 2]));
-                continue;
-            }
-            let count = if world.is_some() { rays } else { self.samples.max(1) };
-            let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
-            let mut sent = [Color::BLACK; 2];
-            let pattern = Pattern::new(fragments.x[i], fragments.y[i]);
-            // A source in one place is the same for all rays: they are spread over what is covered.
-            let is_spread = light.toward().is_some() && count > 1;
-            let spread = Spread::new(if is_spread { around.batch.pieces(i) } else { Vec::new() });
-            for k in 0..count {
-                let choice = pattern.at(k);
-                let sample = light.sample(&at, choice);
-                let from = spread.at(choice).map_or(at.position, |p| spot.beside(fragments, p));
-                let lit = match world {
-                    None => 1.0,
-                    Some(world) if spot.faces(sample.toward) => {
-                        passes(world, &casters, fragments, &spot, from, sample.toward)
-                    }
-                    Some(_) => 0.0,
-                };
-                open = open + sample.irradiance;
-                reaches = reaches + sample.irradiance * lit;
-                if shines {
-                    let part = shine(&sample);
-                    sent = [0, 1].map(|k| sent[k] + part[k] * lit);
-                }
-            }
-            // The share that reaches it, of what is known without a sample.
-            let share = |open: f32, reaches: f32, whole: f32| {
-                if open > 0.0 { whole * (reaches / open) } else { 0.0 }
-            };
-            diffuse.push(Color::new(
-                share(open.r, reaches.r, whole.r),
-                share(open.g, reaches.g, whole.g),
-                share(open.b, reaches.b, whole.b),
-            ));
-            gloss.extend(shines.then(|| sent.map(|part| part * (1.0 / count as f32))));
+        let world = world.filter(|_| exact.is_none() && shader.shadows != Shadows::Off);
+        Lighting {
+            light,
+            fragments,
+            batch: around.batch,
+            exact,
+            world,
+            casters: world.into_iter().flat_map(World::casters).collect(),
+            samples: samples.max(1),
+            shines: light.is_mirrored() && shines(fragments),
         }
+    }
+
+    fn received(&self) -> Received {
+        let parts = (0..self.fragments.len()).map(|i| match self.fragments.unlit[i] {
+            true => (Color::BLACK, [Color::BLACK; 2]),
+            false => self.of(i),
+        });
+        let (diffuse, gloss): (Vec<Color>, Vec<[Color; 2]>) = parts.unzip();
+        let gloss = if self.shines { gloss } else { Vec::new() };
         Received { diffuse: Values::new(diffuse), gloss }
+    }
+
+    /// Irradiance and gloss of a fragment.
+    fn of(&self, i: usize) -> (Color, [Color; 2]) {
+        let black = [Color::BLACK; 2];
+        let spot = Spot::new(self.fragments, i);
+        let whole = spot.irradiance(self.light.toward(), self.light.irradiance(&spot.receiver));
+        if whole == Color::BLACK || self.light.is_everywhere() {
+            return (whole, black);
+        }
+        let is_soft = self.light.toward().is_none();
+        if self.world.is_some() || (self.shines && is_soft) {
+            return self.by_samples(&spot, i, whole);
+        }
+        let lit = self.exact.as_ref().map_or(1.0, |exact| exact[i]);
+        let sent = match self.shines {
+            true => spot.sent(&self.light.sample(&spot.receiver, DVec2::splat(0.5))),
+            false => black,
+        };
+        (whole * lit, sent.map(|part| part * lit))
+    }
+
+    /// The same from parts of the source, each with what stands in its way.
+    fn by_samples(&self, spot: &Spot, i: usize, whole: Color) -> (Color, [Color; 2]) {
+        let fragments = self.fragments;
+        let pattern = Pattern::new(fragments.x[i], fragments.y[i]);
+        // A source in one place is the same for all rays: they are spread over what is covered.
+        let is_spread = self.light.toward().is_some() && self.samples > 1;
+        let spread = Spread::new(if is_spread { self.batch.pieces(i) } else { Vec::new() });
+        let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
+        let mut sent = [Color::BLACK; 2];
+        for k in 0..self.samples {
+            let choice = pattern.at(k);
+            let sample = self.light.sample(&spot.receiver, choice);
+            let lit = match self.world {
+                None => 1.0,
+                Some(world) if spot.faces(sample.toward) => {
+                    let beside = spread.at(choice).map(|at| spot.beside(fragments, at));
+                    let from = beside.unwrap_or(spot.receiver.position);
+                    passes(world, &self.casters, fragments, spot, from, sample.toward)
+                }
+                Some(_) => 0.0,
+            };
+            open = open + sample.irradiance;
+            reaches = reaches + sample.irradiance * lit;
+            if self.shines {
+                let part = spot.sent(&sample);
+                sent = [0, 1].map(|k| sent[k] + part[k] * lit);
+            }
+        }
+        // The share that reaches it, of what is known without a sample.
+        let share = |open: f32, reaches: f32, whole: f32| {
+            if open > 0.0 { whole * (reaches / open) } else { 0.0 }
+        };
+        let diffuse = Color::new(
+            share(open.r, reaches.r, whole.r),
+            share(open.g, reaches.g, whole.g),
+            share(open.b, reaches.b, whole.b),
+        );
+        (diffuse, sent.map(|part| part * (1.0 / self.samples as f32)))
     }
 }
 
@@ -295,12 +326,17 @@ struct Spot {
 impl Spot {
     fn new(fragments: &Fragments<'_>, i: usize) -> Spot {
         let position = fragments.position.get(i).copied().unwrap_or_default();
-        let finish = fragments.finish.get(i).copied().unwrap_or_default();
+        let finish = fragments.finish[i];
         let smooth = fragments.normal.get(i).map_or(DVec3::ZERO, |n| n.as_dvec3());
         let facing = fragments.facing.get(i).copied().unwrap_or(smooth);
         let normal = if finish.flat { facing } else { smooth };
         let to_eye = if finish.gloss == Gloss::None { DVec3::ZERO } else { fragments.to_eye(i) };
         Spot { receiver: Receiver { position, normal }, facing, to_eye, finish }
+    }
+
+    /// What its gloss sends to the eye of a part of a source.
+    fn sent(&self, sample: &Sample) -> [Color; 2] {
+        gloss::sent(self.finish, &self.receiver, self.to_eye, sample)
     }
 
     /// Whether the face itself is turned to where light comes from.
@@ -345,23 +381,12 @@ fn passes(
     let mut through = 1.0f32;
     for (member, casters) in casters {
         casters.meet_all(&ray, |hit| {
-            if lies_in(casters, hit.piece, plane) {
+            if shadow::lies_in(casters, hit.piece, plane) {
                 return true;
             }
-            let piece = &casters.pieces()[hit.piece];
-            let opacity = if piece.opacity.is_nan() {
-                let surfaces = &*world.members()[*member].surfaces;
-                let sees_front = casters.normal(hit.piece).dot(way) < 0.0;
-                crate::shadow::opacity(
-                    surfaces,
-                    fragments.view,
-                    piece.face,
-                    sees_front,
-                    ray.at(hit.t),
-                )
-            } else {
-                piece.opacity
-            };
+            let surfaces = &*world.members()[*member].surfaces;
+            let met = || (way, ray.at(hit.t));
+            let opacity = shadow::opacity(surfaces, fragments.view, casters, hit.piece, met);
             through *= 1.0 - opacity;
             through > 0.0
         });
@@ -370,90 +395,4 @@ fn passes(
         }
     }
     through
-}
-
-/// Points of what a fragment covers.
-struct Spread {
-    pieces: Vec<Piece>,
-    /// The length of all pieces.
-    length: f64,
-}
-
-impl Spread {
-    fn new(pieces: Vec<Piece>) -> Spread {
-        let length = pieces.iter().map(|piece| piece.x[1] - piece.x[0]).sum();
-        Spread { pieces, length }
-    }
-
-    /// The point for two numbers in [0, 1); `None` if nothing is known.
-    fn at(&self, choice: DVec2) -> Option<DVec2> {
-        let mut rest = choice.y * self.length;
-        for (i, Piece { x, y }) in self.pieces.iter().enumerate() {
-            let length = x[1] - x[0];
-            if rest < length || i + 1 == self.pieces.len() {
-                // One piece is a whole pixel: the second number is free for its height.
-                let down = if self.pieces.len() == 1 { rest / length } else { 0.5 };
-                let across = if self.pieces.len() == 1 { choice.x } else { rest / length };
-                return Some(DVec2::new(
-                    x[0] + length * across.clamp(0.0, 1.0),
-                    y[0] + (y[1] - y[0]) * down.clamp(0.0, 1.0),
-                ));
-            }
-            rest -= length;
-        }
-        None
-    }
-}
-
-/// Points of the unit square, spread evenly however many are taken: the first two dimensions of Sobol's
-/// sequence, shifted by digits that differ from fragment to fragment.
-struct Pattern([u32; 2]);
-
-impl Pattern {
-    fn new(x: f64, y: f64) -> Pattern {
-        let mut state = x.to_bits() ^ y.to_bits().rotate_left(32);
-        let mut next = || {
-            // SplitMix64 (Steele, Lea and Flood 2014).
-            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            (z ^ (z >> 31)) as u32
-        };
-        Pattern([next(), next()])
-    }
-
-    fn at(&self, k: u32) -> DVec2 {
-        let mut second = 0u32;
-        let (mut bits, mut direction) = (k, 1u32 << 31);
-        while bits != 0 {
-            if bits & 1 == 1 {
-                second ^= direction;
-            }
-            bits >>= 1;
-            direction ^= direction >> 1;
-        }
-        let unit = |bits: u32| f64::from(bits) / 4_294_967_296.0;
-        DVec2::new(unit(k.reverse_bits() ^ self.0[0]), unit(second ^ self.0[1]))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_pattern_fills_every_quarter_sixteenth_and_row_alike() {
-        for seed in 0..20 {
-            let pattern = Pattern::new(f64::from(seed) + 0.5, 3.25);
-            for (columns, rows) in [(4, 4), (16, 1), (1, 16), (2, 8), (8, 2)] {
-                let mut counts = vec![0; 16];
-                for k in 0..16 {
-                    let p = pattern.at(k);
-                    let (x, y) = (p.x * f64::from(columns), p.y * f64::from(rows));
-                    counts[(x as u32 * rows + y as u32) as usize] += 1;
-                }
-                assert_eq!(counts, [1; 16], "{columns} by {rows}");
-            }
-        }
-    }
 }

@@ -3,6 +3,7 @@
 pub mod fog;
 mod gloss;
 pub mod illuminate;
+mod pattern;
 pub mod picture;
 pub mod recolor;
 

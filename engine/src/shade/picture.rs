@@ -95,6 +95,10 @@ impl Shader for PictureColors {
         Columns::COLOR | Columns::DEPTH
     }
 
+    fn changes(&self) -> Columns {
+        Columns::COLOR
+    }
+
     fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
         let raster = fragments.view.raster();
         let (width, height) = (f64::from(raster.width), f64::from(raster.height));

@@ -22,6 +22,10 @@ impl Shader for Recolor {
         Columns::COLOR
     }
 
+    fn changes(&self) -> Columns {
+        Columns::COLOR
+    }
+
     fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
         let change = |color: Color, add: Color| {
             let bright = color * self.multiply + add;

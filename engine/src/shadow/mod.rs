@@ -194,14 +194,11 @@ impl Work<'_> {
                 if !patch.volume(casters, piece, sides) {
                     return;
                 }
-                let known = &casters.pieces()[piece];
                 for seen in spans {
                     let y = image.y(seen.k);
                     let Some((start, end)) = interval(sides, y, seen) else { continue };
-                    let opacity = match known.opacity.is_nan() {
-                        true => patch.opacity(surfaces, casters, piece, (start.x + end.x) / 2.0, y),
-                        false => known.opacity,
-                    };
+                    let middle = (start.x + end.x) / 2.0;
+                    let opacity = patch.opacity(surfaces, casters, piece, middle, y);
                     let (face, through) = (seen.face, 1.0 - opacity);
                     dark[(seen.k - first) as usize].push(Dark { face, start, end, through });
                 }
@@ -324,7 +321,7 @@ impl Patch<'_> {
         true
     }
 
-    /// How much a piece that is not alike all over holds back of the light to a point of the patch.
+    /// How much a piece holds back of the light to a point of the patch.
     fn opacity(
         &self,
         surfaces: &dyn Surfaces,
@@ -333,27 +330,35 @@ impl Patch<'_> {
         x: f64,
         y: f64,
     ) -> f32 {
-        let (x, y) = (x - self.moved[0], y - self.moved[1]);
-        let at = self.view.world_point(x, y, self.depth.depth(x, y));
-        let way = self.from.from(at).0;
-        let normal = casters.normal(piece);
-        let corner = casters.corners(piece).next().unwrap_or_default();
-        let pierced = at + way * (normal.dot(corner - at) / normal.dot(way));
-        let face = casters.pieces()[piece].face;
-        opacity(surfaces, self.view, face, normal.dot(way) < 0.0, pierced)
+        opacity(surfaces, self.view, casters, piece, || {
+            let (x, y) = (x - self.moved[0], y - self.moved[1]);
+            let at = self.view.world_point(x, y, self.depth.depth(x, y));
+            let way = self.from.from(at).0;
+            let normal = casters.normal(piece);
+            let corner = casters.corners(piece).next().unwrap_or_default();
+            (way, at + way * (normal.dot(corner - at) / normal.dot(way)))
+        })
     }
 }
 
-/// How much a face that is not alike all over hides at a point of it, on one side.
+/// How much of the light on a way a piece holds back; where that differs from place to place, `met` says
+/// the way, and the point where it meets the piece.
+#[inline]
 pub fn opacity(
     surfaces: &dyn Surfaces,
     view: &View,
-    face: u32,
-    sees_front: bool,
-    point: DVec3,
+    casters: &Casters,
+    piece: usize,
+    met: impl FnOnce() -> (DVec3, DVec3),
 ) -> f32 {
+    let known = &casters.pieces()[piece];
+    if !known.opacity.is_nan() {
+        return known.opacity;
+    }
+    let (way, point) = met();
     let mut fragments = Fragments::new(view);
-    fragments.push(face, sees_front, 0.0, 0.0, 0.0);
+    let sees_front = casters.normal(piece).dot(way) < 0.0;
+    fragments.push(known.face, sees_front, 0.0, 0.0, 0.0);
     fragments.position.push(point);
     fragments.fill(Columns::COLOR, surfaces);
     fragments.alpha.first().copied().unwrap_or(1.0)

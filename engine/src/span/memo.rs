@@ -1,16 +1,14 @@
 //! What is kept with the spans of an image from one picture to the next: nothing of it depends on stacks
 //! but by its key, so that images which differ in shading alone share it.
 
-use std::any::Any;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
+use crate::fragment::Kept;
 use crate::key::Key;
 
 /// Bytes that are kept with one image, at most.
 const LIMIT: usize = 1 << 30;
-
-type Kept = Arc<dyn Any + Send + Sync>;
 
 /// Values by key and part, as long as there is room: what was not asked for the longest goes first.
 #[derive(Debug, Default)]

@@ -73,7 +73,7 @@ impl Source {
             return;
         }
         let places = stack::fill_at_start(&self.stack, &*self.surfaces, self.reads(), fragments);
-        stack::run(&self.stack, (&self.label, self.scene), places, batch, fragments);
+        stack::run(&self.stack, places, batch, fragments);
     }
 
     /// Fills columns of a batch of this source's fragments without shading them.

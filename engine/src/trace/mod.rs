@@ -15,6 +15,8 @@ use obvhs::{Boundable, BvhBuildParams};
 use std::ops::Range;
 use std::time::Duration;
 
+use crate::polygon::area_vector;
+
 /// By how much boxes are enlarged, in units of half the extent of all pieces: more than the rounding of
 /// a ray that was cut at the outermost box.
 const MARGIN: f64 = 4e-6;
@@ -250,10 +252,7 @@ impl Casters {
 
     /// The normal of a piece's plane, as long as twice its area.
     pub fn normal(&self, piece: usize) -> DVec3 {
-        let mut corners = self.corners(piece);
-        let origin = corners.next().unwrap_or_default();
-        let rest = corners.clone().skip(1);
-        corners.zip(rest).map(|(p, q)| (p - origin).cross(q - origin)).sum()
+        area_vector(self.corners(piece))
     }
 
     /// Bytes held, about.

@@ -1,0 +1,90 @@
+//! Where rays start and what they aim at: points spread evenly over what a fragment covers, and over a
+//! source.
+
+use glam::DVec2;
+
+use crate::fragment::Piece;
+
+/// Points of what a fragment covers.
+pub(super) struct Spread {
+    pieces: Vec<Piece>,
+    /// The length of all pieces.
+    length: f64,
+}
+
+impl Spread {
+    pub(super) fn new(pieces: Vec<Piece>) -> Spread {
+        let length = pieces.iter().map(|piece| piece.x[1] - piece.x[0]).sum();
+        Spread { pieces, length }
+    }
+
+    /// The point for two numbers in [0, 1); `None` if nothing is known.
+    pub(super) fn at(&self, choice: DVec2) -> Option<DVec2> {
+        let mut rest = choice.y * self.length;
+        let mut found = None;
+        for Piece { x, y } in &self.pieces {
+            let length = x[1] - x[0];
+            // What is left of one number says how far down, the other how far to the right.
+            let down = (rest / length).clamp(0.0, 1.0);
+            found = Some(DVec2::new(x[0] + length * choice.x, y[0] + (y[1] - y[0]) * down));
+            if rest < length {
+                break;
+            }
+            rest -= length;
+        }
+        found
+    }
+}
+
+/// Points of the unit square, spread evenly however many are taken: the first two dimensions of Sobol's
+/// sequence, shifted by digits that differ from fragment to fragment.
+pub(super) struct Pattern([u32; 2]);
+
+impl Pattern {
+    pub(super) fn new(x: f64, y: f64) -> Pattern {
+        let mut state = x.to_bits() ^ y.to_bits().rotate_left(32);
+        let mut next = || {
+            // SplitMix64 (Steele, Lea and Flood 2014).
+            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            (z ^ (z >> 31)) as u32
+        };
+        Pattern([next(), next()])
+    }
+
+    pub(super) fn at(&self, k: u32) -> DVec2 {
+        let mut second = 0u32;
+        let (mut bits, mut direction) = (k, 1u32 << 31);
+        while bits != 0 {
+            if bits & 1 == 1 {
+                second ^= direction;
+            }
+            bits >>= 1;
+            direction ^= direction >> 1;
+        }
+        let unit = |bits: u32| f64::from(bits) / 4_294_967_296.0;
+        DVec2::new(unit(k.reverse_bits() ^ self.0[0]), unit(second ^ self.0[1]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pattern_fills_every_quarter_sixteenth_and_row_alike() {
+        for seed in 0..20 {
+            let pattern = Pattern::new(f64::from(seed) + 0.5, 3.25);
+            for (columns, rows) in [(4, 4), (16, 1), (1, 16), (2, 8), (8, 2)] {
+                let mut counts = vec![0; 16];
+                for k in 0..16 {
+                    let p = pattern.at(k);
+                    let (x, y) = (p.x * f64::from(columns), p.y * f64::from(rows));
+                    counts[(x as u32 * rows + y as u32) as usize] += 1;
+                }
+                assert_eq!(counts, [1; 16], "{columns} by {rows}");
+            }
+        }
+    }
+}
