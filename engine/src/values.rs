@@ -22,7 +22,6 @@ use crate::image::{Image, Window};
 use crate::key::Key;
 use crate::light::Lamp;
 use crate::light::list::MakeLamp;
-use crate::light::photometry::Photometry;
 use crate::raster::{LinePlan, Raster, Rows};
 use crate::resolve::Channel;
 use crate::scene::Scene;
@@ -109,10 +108,6 @@ impl Lamps {
     /// # Errors
     /// If a number is out of range, or a file cannot be read.
     pub fn one(light: &dyn MakeLamp, inputs: &Inputs<'_>) -> Result<Lamps> {
-        // A file that is missing or damaged is told as such, not as a fault of the graph.
-        if let Some(file) = light.file() {
-            Photometry::read(&inputs.directory().join(file))?;
-        }
         Ok(Lamps(vec![light.lamp("", inputs.directory())?]))
     }
 
@@ -121,13 +116,7 @@ impl Lamps {
     /// # Errors
     /// The field that is wrong.
     pub fn check(light: &dyn MakeLamp) -> std::result::Result<(), FieldError> {
-        if light.file().is_some() {
-            return Ok(());
-        }
-        match light.lamp("", Path::new("")) {
-            Ok(_) => Ok(()),
-            Err(fault) => Err(FieldError::new(fault.field, fault.message)),
-        }
+        light.check().map_err(|fault| FieldError::new(fault.field, fault.error.to_string()))
     }
 }
 

@@ -17,7 +17,7 @@ pub mod image {
 pub mod light {
     mod listed;
     mod scene_lights;
-    pub use listed::{Entry, Listed};
+    pub use listed::{Listed, ListedLight};
     pub use scene_lights::SceneLights;
 }
 

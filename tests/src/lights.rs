@@ -7,6 +7,11 @@ use spandrel_engine::light::{Lamp, Light, point};
 use spandrel_engine::shade::{Fog, FogLaw, Illuminate, Shadows};
 use std::sync::Arc;
 
+/// Asserts that two numbers differ by no more than a share.
+pub fn close(a: f64, b: f64, within: f64) {
+    assert!((a - b).abs() <= within * b.abs(), "{a} is not {b} within {within}");
+}
+
 /// A lamp of strength 1.
 pub fn lamp(light: impl Light + 'static) -> Lamp {
     Lamp::new("lamp", true, Color::WHITE, Arc::new(light))

@@ -15,7 +15,6 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::fragment::{Environment, Origin};
 use crate::key::{Key, KeyHasher};
-use crate::light::Lamp;
 use crate::light::list::{Entry, MakeLamp};
 
 /// The most objects that a scene may place.
@@ -37,7 +36,9 @@ pub struct Scene {
     /// Cameras by name.
     pub cameras: BTreeMap<String, Camera>,
     /// The lights of its list.
-    pub lights: Vec<Lamp>,
+    pub lights: BTreeMap<String, Entry>,
+    /// Where the files that its lights name are found from.
+    pub directory: PathBuf,
     /// The environment, if the file says anything of it.
     pub environment: Option<Environment>,
     /// The files that the document names.
@@ -95,6 +96,10 @@ impl Scene {
         files: Files,
     ) -> Result<(Scene, Files)> {
         let plan = document.plan(plan)?;
+        for (name, light) in &plan.lights {
+            let fault = |fault| Error::invalid(format!("light \"{name}\": {}", Error::from(fault)));
+            light.check().map_err(fault)?;
+        }
         let mut flattening = Flattening { files, ..Flattening::default() };
         let root = DAffine3::IDENTITY;
         let top = Place {
@@ -127,7 +132,8 @@ impl Scene {
             instances,
             materials,
             cameras: plan.cameras.clone(),
-            lights: lamps(plan, directory)?,
+            lights: plan.lights.clone(),
+            directory: directory.to_owned(),
             environment: plan.environment.clone(),
             notes: files.values().flat_map(|reading| reading.notes.clone()).collect(),
             files: files.keys().map(|(path, _)| path.clone()).collect(),
@@ -176,15 +182,6 @@ impl Scene {
                 *faults != Faults { worst_deviation: faults.worst_deviation, ..Faults::default() }
             })
     }
-}
-
-/// The lights of a plan.
-fn lamps(plan: &Plan, directory: &Path) -> Result<Vec<Lamp>> {
-    let lamp = |(name, entry): (&String, &Entry)| {
-        let lamp = entry.lamp(name, directory);
-        lamp.map_err(|fault| Error::invalid(format!("light \"{name}\": {}", Error::from(fault))))
-    };
-    plan.lights.iter().map(lamp).collect()
 }
 
 const UNNAMED: u32 = u32::MAX;

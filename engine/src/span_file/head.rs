@@ -5,7 +5,7 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::camera::{Camera, View};
 use crate::error::Result;
-use crate::fragment::{Origin, Surfaces};
+use crate::fragment::{Member, Origin, Surfaces};
 use crate::key::Key;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
 use crate::span::{Held, Source, Stage};
@@ -37,7 +37,7 @@ pub(super) struct WorldHead {
     pub(super) members: Vec<MemberHead>,
 }
 
-/// A source as part of a world.
+/// A scene under a stack.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct MemberHead {
     pub(super) label: String,
@@ -65,13 +65,8 @@ pub(super) struct SceneHead {
 /// A source.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct SourceHead {
-    pub(super) label: String,
-    pub(super) scene: Key,
-    /// The place of its scene in the list of scenes.
-    #[serde(default)]
-    pub(super) found_in: Option<usize>,
-    #[serde(default)]
-    pub(super) stack: Vec<Stage>,
+    #[serde(flatten)]
+    pub(super) member: MemberHead,
     #[serde(default)]
     pub(super) matte: Option<Key>,
     #[serde(default)]
@@ -117,12 +112,8 @@ impl Head {
                 continue;
             }
             world.members().iter().for_each(|member| self.add_worlds(&member.stack, scene));
-            let members = world.members().iter().map(|member| MemberHead {
-                label: member.label.clone(),
-                scene: member.scene,
-                found_in: scene(&*member.surfaces).map(|scene| self.place_of(scene)),
-                stack: member.stack.clone(),
-            });
+            let members =
+                world.members().iter().map(|member| self.member(member, scene(&*member.surfaces)));
             let members = members.collect();
             self.worlds.push(WorldHead { key: world.key(), members });
         }
@@ -130,15 +121,17 @@ impl Head {
 
     /// Adds a source, and the scene that it comes from if that is known.
     pub(super) fn add(&mut self, source: &Source, scene: Option<SceneHead>) {
-        let found_in = scene.map(|scene| self.place_of(scene));
-        self.sources.push(SourceHead {
-            label: source.label.clone(),
-            scene: source.scene,
-            found_in,
-            stack: source.stack.clone(),
-            matte: source.matte,
-            held: source.held.clone(),
-        });
+        let member = self.member(&source.member(), scene);
+        self.sources.push(SourceHead { member, matte: source.matte, held: source.held.clone() });
+    }
+
+    fn member(&mut self, member: &Member, scene: Option<SceneHead>) -> MemberHead {
+        MemberHead {
+            label: member.label.clone(),
+            scene: member.scene,
+            found_in: scene.map(|scene| self.place_of(scene)),
+            stack: member.stack.clone(),
+        }
     }
 
     pub(super) fn view(&self) -> Result<View> {

@@ -74,7 +74,8 @@ impl SpanFile {
         let lines = line_blocks(path, &blocks, plan.lines(&rows))?;
         let (tables, ids) = read_faces(path, &mut file, &blocks, head.sources.len())?;
         let of_sources = head.sources.iter().zip(&tables);
-        let of_sources = of_sources.map(|(s, faces)| (&*s.label, s.found_in, faces.looks.last()));
+        let of_sources =
+            of_sources.map(|(s, faces)| (&*s.member.label, s.member.found_in, faces.looks.last()));
         let members = head.worlds.iter().flat_map(|world| &world.members);
         let members = members.map(|member| (&*member.label, member.found_in, None));
         let sought: Vec<Sought<'_>> = of_sources.chain(members).collect();
@@ -94,10 +95,10 @@ impl SpanFile {
                 Found::Nothing(origin, why) => Arc::new(Stored { looks, origin, why }),
             };
             let source = Source {
-                label: about.label.clone(),
-                scene: about.scene,
+                label: about.member.label.clone(),
+                scene: about.member.scene,
                 surfaces,
-                stack: in_worlds(&about.stack, &worlds),
+                stack: in_worlds(&about.member.stack, &worlds),
                 matte: about.matte,
                 held: about.held.clone(),
                 faces: Arc::new(table),
@@ -284,7 +285,6 @@ impl SpanFile {
     }
 }
 
-/// The blocks that hold the lines `all`, in order and without a gap.
 /// The worlds of a file, whose scenes were found in their order.
 fn worlds(head: &Head, found: impl Iterator<Item = Found>) -> Result<HashMap<Key, Arc<World>>> {
     let mut found = found;
@@ -328,6 +328,7 @@ fn in_worlds(stack: &[Stage], worlds: &HashMap<Key, Arc<World>>) -> Vec<Stage> {
     stack.iter().map(stage).collect()
 }
 
+/// The blocks that hold the lines `all`, in order and without a gap.
 fn line_blocks(path: &Path, blocks: &[Block], all: Range<u32>) -> Result<Vec<Block>> {
     let mut lines: Vec<Block> = Vec::new();
     let mut next = all.start;

@@ -14,7 +14,7 @@ use std::borrow::Cow;
 pub struct Listed<L>(L);
 
 /// A light that scenes list.
-pub trait Entry:
+pub trait ListedLight:
     MakeLamp + Serialize + DeserializeOwned + JsonSchema + Default + Send + Sync + 'static
 {
     /// Its name in graphs.
@@ -23,55 +23,55 @@ pub trait Entry:
     const ALIASES: &'static [&'static str];
 }
 
-impl Entry for list::ParallelLight {
+impl ListedLight for list::ParallelLight {
     const KIND: &'static str = "ParallelLight";
     const ALIASES: &'static [&'static str] = &["DirectLight", "DirectionalLight", "DistantLight"];
 }
 
-impl Entry for list::SunLight {
+impl ListedLight for list::SunLight {
     const KIND: &'static str = "SunLight";
     const ALIASES: &'static [&'static str] = &["Sun", "Daylight", "SunSky"];
 }
 
-impl Entry for list::PointLight {
+impl ListedLight for list::PointLight {
     const KIND: &'static str = "PointLight";
     const ALIASES: &'static [&'static str] =
         &["OmniLight", "Light", "IesLight", "PhotometricLight"];
 }
 
-impl Entry for list::SpotLight {
+impl ListedLight for list::SpotLight {
     const KIND: &'static str = "SpotLight";
     const ALIASES: &'static [&'static str] = &["Spotlight", "ConeLight"];
 }
 
-impl Entry for list::LinearLight {
+impl ListedLight for list::LinearLight {
     const KIND: &'static str = "LinearLight";
     const ALIASES: &'static [&'static str] = &["LineLight", "TubeLight", "FluorescentLight"];
 }
 
-impl Entry for list::AreaLight {
+impl ListedLight for list::AreaLight {
     const KIND: &'static str = "AreaLight";
     const ALIASES: &'static [&'static str] =
         &["RectLight", "QuadLight", "WindowLight", "PortalLight"];
 }
 
-impl Entry for list::PolyhedralLight {
+impl ListedLight for list::PolyhedralLight {
     const KIND: &'static str = "PolyhedralLight";
     const ALIASES: &'static [&'static str] = &["MeshLight", "GeometryLight", "LanternLight"];
 }
 
-impl Entry for list::SkyLight {
+impl ListedLight for list::SkyLight {
     const KIND: &'static str = "SkyLight";
     const ALIASES: &'static [&'static str] =
         &["DomeLight", "Skydome", "EnvironmentLight", "HemisphereLight"];
 }
 
-impl Entry for list::AmbientLight {
+impl ListedLight for list::AmbientLight {
     const KIND: &'static str = "AmbientLight";
     const ALIASES: &'static [&'static str] = &["Ambient", "ConstantLight"];
 }
 
-impl<L: Entry> JsonSchema for Listed<L> {
+impl<L: ListedLight> JsonSchema for Listed<L> {
     fn schema_name() -> Cow<'static, str> {
         L::schema_name()
     }
@@ -81,7 +81,7 @@ impl<L: Entry> JsonSchema for Listed<L> {
     }
 }
 
-impl<L: Entry> Node for Listed<L> {
+impl<L: ListedLight> Node for Listed<L> {
     type Output = Lamps;
     const KIND: &'static str = L::KIND;
     const GROUP: &'static str = "light";

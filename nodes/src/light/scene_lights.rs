@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::error::Error;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::light::list::MakeLamp;
 use spandrel_engine::scene::Scene;
 use spandrel_engine::values::Lamps;
 
@@ -29,20 +30,22 @@ impl Node for SceneLights {
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Lamps> {
         let scene = inputs.get(&self.scene);
-        let known = || scene.lights.iter().map(|lamp| lamp.name.as_str()).collect::<Vec<_>>();
-        if let Some(missing) = self.names.iter().find(|name| !known().contains(&name.as_str())) {
-            let list = match known()[..] {
-                [] => "none".to_owned(),
-                _ => known().join(", "),
-            };
+        let lights = &scene.lights;
+        if let Some(missing) = self.names.iter().find(|name| !lights.contains_key(*name)) {
+            let known: Vec<&str> = lights.keys().map(String::as_str).collect();
+            let list = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
             return Err(Error::invalid(format!(
                 "the scene has no light \"{missing}\": it has {list}"
             )));
         }
-        if scene.lights.is_empty() {
+        if lights.is_empty() {
             inputs.warn("the scene has no lights");
         }
         let is_meant = |name: &String| self.names.is_empty() || self.names.contains(name);
-        Ok(Lamps(scene.lights.iter().filter(|lamp| is_meant(&lamp.name)).cloned().collect()))
+        let meant = lights.iter().filter(|(name, _)| is_meant(name));
+        meant
+            .map(|(name, light)| Ok(light.lamp(name, &scene.directory)?))
+            .collect::<Result<_>>()
+            .map(Lamps)
     }
 }

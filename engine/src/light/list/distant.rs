@@ -1,0 +1,204 @@
+//! Lights from infinitely far, and from everywhere.
+
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+use super::{Fault, MakeLamp, Result, check_color, lamp, strength, unit};
+use crate::color::Color;
+use crate::light::Lamp;
+use crate::light::point::Parallel;
+use crate::light::sky::{Ambient, Sky, SkyModel};
+use crate::light::sun::{self, Moment};
+
+/// Light from infinitely far, in one direction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ParallelLight {
+    /// The direction in which the light travels; its length does not matter.
+    #[schemars(with = "[f64; 3]")]
+    pub direction: DVec3,
+    /// Illuminance of what faces it, in lux. A white surface then shows this over the `white` of its
+    /// `Illuminate`.
+    #[schemars(range(min = 0.0))]
+    pub illuminance: f64,
+    /// The light's colour.
+    pub color: Color,
+    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    pub temperature: Option<f64>,
+    /// Whether it is on.
+    pub on: bool,
+}
+
+impl Default for ParallelLight {
+    fn default() -> ParallelLight {
+        ParallelLight {
+            direction: DVec3::new(-1.0, -2.0, -1.0),
+            illuminance: 1.0,
+            color: Color::WHITE,
+            temperature: None,
+            on: true,
+        }
+    }
+}
+
+impl MakeLamp for ParallelLight {
+    fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
+        let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
+        let toward = -unit("direction", self.direction)?;
+        Ok(lamp(name, self.on, strength, Parallel { toward }))
+    }
+}
+
+/// The sun, by place and time. Below the horizon it gives no light.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SunLight {
+    /// Degrees of latitude, north positive.
+    #[schemars(range(min = -90.0, max = 90.0))]
+    pub latitude: f64,
+    /// Degrees of longitude, east positive.
+    #[schemars(range(min = -180.0, max = 180.0))]
+    pub longitude: f64,
+    /// The time, as `2026-06-21T12:00+09:00`.
+    pub time: String,
+    /// Where north is: degrees clockwise, seen from above, from -z.
+    pub north: f64,
+    /// Illuminance of what faces it, in lux; absent, that of a clear day (IES): 127500 beyond the air.
+    pub illuminance: Option<f64>,
+    /// The light's colour.
+    pub color: Color,
+    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    pub temperature: Option<f64>,
+    /// Whether it is on.
+    pub on: bool,
+}
+
+impl Default for SunLight {
+    fn default() -> SunLight {
+        SunLight {
+            latitude: 34.4,
+            longitude: 132.5,
+            time: "2026-06-21T12:00+09:00".to_owned(),
+            north: 0.0,
+            illuminance: None,
+            color: Color::WHITE,
+            temperature: None,
+            on: true,
+        }
+    }
+}
+
+impl SunLight {
+    /// The unit vector to the sun.
+    ///
+    /// # Errors
+    /// If there is no such place or time.
+    pub fn toward(&self) -> Result<DVec3> {
+        if !self.north.is_finite() {
+            return Err(Fault::new("north", "must be finite"));
+        }
+        let moment = Moment::parse(&self.time).map_err(|e| Fault::new("time", e))?;
+        let direction = sun::direction(moment, self.latitude, self.longitude, self.north);
+        direction.map_err(|e| Fault::new("latitude", e))
+    }
+}
+
+impl MakeLamp for SunLight {
+    fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
+        let toward = self.toward()?;
+        let is_up = toward.y > 0.0;
+        let lux = self.illuminance.unwrap_or_else(|| sun::illuminance(toward));
+        let strength = strength("illuminance", lux, self.color, self.temperature)?;
+        Ok(lamp(name, self.on && is_up, strength, Parallel { toward: unit("time", toward)? }))
+    }
+}
+
+/// Light from the whole sky, and what the ground sends back of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SkyLight {
+    /// How its luminance is spread: `Uniform`, `Overcast`, `Intermediate`, `Clear`, `General(1)` to
+    /// `General(15)` (the types of CIE S 011, ISO 15469), or `Blend(0.3)` from clear, 0, to overcast, 1.
+    pub model: SkyModel,
+    /// Illuminance that it gives to an open horizontal plane, in lux.
+    #[schemars(range(min = 0.0))]
+    pub illuminance: f64,
+    /// The direction to the sun, for the skies that have one; its own light is a SunLight or
+    /// ParallelLight.
+    #[schemars(with = "[f64; 3]")]
+    pub sun: DVec3,
+    /// Share of the sky's light that the ground below all sends back.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub ground: f64,
+    /// The light's colour.
+    pub color: Color,
+    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    pub temperature: Option<f64>,
+    /// Whether it is on.
+    pub on: bool,
+}
+
+impl Default for SkyLight {
+    fn default() -> SkyLight {
+        SkyLight {
+            model: SkyModel::Overcast,
+            illuminance: 1.0,
+            sun: DVec3::new(1.0, 2.0, 1.0),
+            ground: 0.0,
+            color: Color::WHITE,
+            temperature: None,
+            on: true,
+        }
+    }
+}
+
+impl MakeLamp for SkyLight {
+    fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
+        let sun = unit("sun", self.sun)?;
+        let sky = Sky::new(self.model, sun, self.ground).map_err(|e| {
+            let needs_sun = !matches!(self.model, SkyModel::Uniform | SkyModel::Overcast);
+            Fault::new(if needs_sun && sun.y < 0.0 { "sun" } else { "model" }, e)
+        })?;
+        let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
+        Ok(lamp(name, self.on, strength, sky))
+    }
+}
+
+/// Light that is everywhere, and casts no shadow: a stand-in for all light that is reflected many times.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct AmbientLight {
+    /// Illuminance of what faces up, in lux.
+    #[schemars(range(min = 0.0))]
+    pub illuminance: f64,
+    /// What comes from below, as a share of that.
+    pub below: Color,
+    /// The light's colour.
+    pub color: Color,
+    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    pub temperature: Option<f64>,
+    /// Whether it is on.
+    pub on: bool,
+}
+
+impl Default for AmbientLight {
+    fn default() -> AmbientLight {
+        AmbientLight {
+            illuminance: 0.1,
+            below: Color::WHITE,
+            color: Color::WHITE,
+            temperature: None,
+            on: true,
+        }
+    }
+}
+
+impl MakeLamp for AmbientLight {
+    fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
+        let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
+        check_color("below", self.below)?;
+        Ok(lamp(name, self.on, strength, Ambient { above: Color::WHITE, below: self.below }))
+    }
+}

@@ -1,0 +1,169 @@
+//! Lights as people write them: the nodes of a graph and the entries of a scene's light list (\[D],
+//! "Rendering condition data") are these.
+
+mod distant;
+mod extended;
+mod small;
+
+pub use distant::{AmbientLight, ParallelLight, SkyLight, SunLight};
+pub use extended::{AreaLight, LinearLight, PolyhedralLight};
+pub use small::{PointLight, SpotLight};
+
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::tint::black_body;
+use super::{Lamp, Light};
+use crate::color::Color;
+use crate::error::Error;
+
+/// What is wrong with a light, and in which of its fields.
+#[derive(Debug)]
+pub struct Fault {
+    /// The field.
+    pub field: &'static str,
+    /// What is wrong with it.
+    pub error: Error,
+}
+
+impl Fault {
+    fn new(field: &'static str, message: impl std::fmt::Display) -> Fault {
+        Fault { field, error: Error::invalid(message.to_string()) }
+    }
+}
+
+impl From<Fault> for Error {
+    fn from(fault: Fault) -> Error {
+        // A file that is missing or damaged is told as such, not as a fault of who names it.
+        match fault.error.path() {
+            Some(_) => fault.error,
+            None => Error::invalid(format!("`{}`: {}", fault.field, fault.error)),
+        }
+    }
+}
+
+type Result<T> = std::result::Result<T, Fault>;
+
+/// An entry of a scene's light list.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Entry {
+    /// From infinitely far.
+    ParallelLight(ParallelLight),
+    /// The sun of a place and time.
+    SunLight(SunLight),
+    /// From a point.
+    PointLight(PointLight),
+    /// From a point into a cone.
+    SpotLight(SpotLight),
+    /// From a thin tube.
+    LinearLight(LinearLight),
+    /// From a planar polygon.
+    AreaLight(AreaLight),
+    /// From a closed body.
+    PolyhedralLight(PolyhedralLight),
+    /// From the sky.
+    SkyLight(SkyLight),
+    /// From everywhere.
+    AmbientLight(AmbientLight),
+}
+
+/// What a kind of light is made of.
+pub trait MakeLamp {
+    /// The lamp. Files are found from `directory`.
+    ///
+    /// # Errors
+    /// If a number is out of range, or a file cannot be read.
+    fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp>;
+
+    /// Whether the lamp can be made, as far as no file tells.
+    ///
+    /// # Errors
+    /// The first field that is out of range.
+    fn check(&self) -> Result<()> {
+        self.lamp("", Path::new("")).map(drop)
+    }
+}
+
+impl Entry {
+    fn light(&self) -> &dyn MakeLamp {
+        match self {
+            Entry::ParallelLight(light) => light,
+            Entry::SunLight(light) => light,
+            Entry::PointLight(light) => light,
+            Entry::SpotLight(light) => light,
+            Entry::LinearLight(light) => light,
+            Entry::AreaLight(light) => light,
+            Entry::PolyhedralLight(light) => light,
+            Entry::SkyLight(light) => light,
+            Entry::AmbientLight(light) => light,
+        }
+    }
+}
+
+impl MakeLamp for Entry {
+    fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
+        self.light().lamp(name, directory)
+    }
+
+    fn check(&self) -> Result<()> {
+        self.light().check()
+    }
+}
+
+/// A file of photometry; relative to the graph's or the scene's file.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct LampFile(pub String);
+
+impl JsonSchema for LampFile {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "lamp file".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "type": "string", "x-file": "read" })
+    }
+}
+
+/// Strength times colour, checked.
+fn strength(
+    field: &'static str,
+    value: f64,
+    color: Color,
+    temperature: Option<f64>,
+) -> Result<Color> {
+    if !(value.is_finite() && value >= 0.0) {
+        return Err(Fault::new(field, format!("{value}: must be finite and 0 or more")));
+    }
+    check_color("color", color)?;
+    let glow = temperature.map(black_body).transpose();
+    let glow = glow.map_err(|e| Fault::new("temperature", e))?.unwrap_or(Color::WHITE);
+    let strength = color * glow * (value.min(f64::from(f32::MAX)) as f32);
+    if !strength.is_finite() {
+        return Err(Fault::new(field, format!("{value}: too much to be shown")));
+    }
+    Ok(strength)
+}
+
+fn check_color(field: &'static str, color: Color) -> Result<()> {
+    if color.is_finite() && color.to_array().iter().all(|v| *v >= 0.0) {
+        return Ok(());
+    }
+    Err(Fault::new(field, "a light's colour must be finite and 0 or more"))
+}
+
+fn unit(field: &'static str, direction: DVec3) -> Result<DVec3> {
+    let unit = direction.try_normalize();
+    unit.ok_or_else(|| Fault::new(field, "must be finite and have a length"))
+}
+
+fn place(field: &'static str, point: DVec3) -> Result<DVec3> {
+    if point.is_finite() { Ok(point) } else { Err(Fault::new(field, "must be finite")) }
+}
+
+fn lamp(name: &str, on: bool, strength: Color, light: impl Light + 'static) -> Lamp {
+    Lamp::new(name, on, strength, Arc::new(light))
+}

@@ -1,0 +1,166 @@
+//! Lights from a point.
+
+use glam::{DMat3, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+use super::{Fault, LampFile, MakeLamp, Result, lamp, place, strength, unit};
+use crate::color::Color;
+use crate::light::Lamp;
+use crate::light::photometry::Photometry;
+use crate::light::point::{Beam, Point};
+use crate::math;
+
+/// A lamp so small that all its light comes from one point, to all sides or as a file of photometry has
+/// it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct PointLight {
+    /// Where it is, in metres.
+    #[schemars(with = "[f64; 3]")]
+    pub position: DVec3,
+    /// Luminous intensity in candela; with a `lamp`, the factor of what was measured, 1 if absent.
+    pub intensity: Option<f64>,
+    /// Luminous flux in lumen, instead of the intensity.
+    pub flux: Option<f64>,
+    /// A measured lamp: an IES LM-63 or EULUMDAT file.
+    pub lamp: Option<LampFile>,
+    /// Where the lamp is aimed: the direction of gamma 0, or of the beam. Straight down if absent.
+    #[schemars(with = "Option<[f64; 3]>")]
+    pub aim: Option<DVec3>,
+    /// Turns the lamp about its aim, in degrees, clockwise seen from the lamp. At 0 a lamp that is aimed
+    /// down has its plane C0 to +x and C90 to -z; one that is aimed elsewhere has its C90, or up, as high
+    /// as can be.
+    pub rotation: f64,
+    /// The light's colour.
+    pub color: Color,
+    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    pub temperature: Option<f64>,
+    /// Whether it is on.
+    pub on: bool,
+}
+
+impl Default for PointLight {
+    fn default() -> PointLight {
+        PointLight {
+            position: DVec3::ZERO,
+            intensity: None,
+            flux: None,
+            lamp: None,
+            aim: None,
+            rotation: 0.0,
+            color: Color::WHITE,
+            temperature: None,
+            on: true,
+        }
+    }
+}
+
+/// From the world's axes to those of a lamp: right, up, and along its aim.
+fn lamp_frame(aim: DVec3, rotation: f64) -> Result<DMat3> {
+    if !rotation.is_finite() {
+        return Err(Fault::new("rotation", "must be finite"));
+    }
+    let aim = unit("aim", aim)?;
+    let above = [DVec3::Y, DVec3::NEG_Z].map(|up| up - aim * up.dot(aim));
+    let above = if above[0].length() > 1e-6 { above[0] } else { above[1] }.normalize();
+    let right = aim.cross(above);
+    let (sin, cos) = (math::sin(rotation.to_radians()), math::cos(rotation.to_radians()));
+    let (right, above) = (right * cos - above * sin, above * cos + right * sin);
+    Ok(DMat3::from_cols(right, above, aim).transpose())
+}
+
+impl MakeLamp for PointLight {
+    fn check(&self) -> Result<()> {
+        PointLight { lamp: None, ..self.clone() }.lamp("", Path::new("")).map(drop)
+    }
+
+    fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
+        let position = place("position", self.position)?;
+        let frame = lamp_frame(self.aim.unwrap_or(DVec3::NEG_Y), self.rotation)?;
+        if self.intensity.is_some() && self.flux.is_some() {
+            return Err(Fault::new("flux", "give `intensity` or `flux`, not both"));
+        }
+        let (beam, whole) = match &self.lamp {
+            Some(LampFile(file)) => {
+                let photometry = Photometry::read(&directory.join(file));
+                let photometry = photometry.map_err(|error| Fault { field: "lamp", error })?;
+                let whole = if self.flux.is_some() { photometry.flux() } else { 1.0 };
+                (Beam::Measured { frame, photometry: Box::new(photometry) }, whole)
+            }
+            None => (Beam::All, 4.0 * std::f64::consts::PI),
+        };
+        let (what, value) = match (self.intensity, self.flux) {
+            (_, Some(flux)) if whole > 0.0 => ("flux", flux / whole),
+            (_, Some(_)) => {
+                return Err(Fault::new("flux", "the lamp has none that could be scaled"));
+            }
+            (intensity, None) => ("intensity", intensity.unwrap_or(1.0)),
+        };
+        let strength = strength(what, value, self.color, self.temperature)?;
+        Ok(lamp(name, self.on, strength, Point { position, beam }))
+    }
+}
+
+/// Light from a point into a cone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SpotLight {
+    /// Where it is, in metres.
+    #[schemars(with = "[f64; 3]")]
+    pub position: DVec3,
+    /// The direction in which it points; its length does not matter.
+    #[schemars(with = "[f64; 3]")]
+    pub direction: DVec3,
+    /// Half the cone's angle in degrees: beyond it there is no light.
+    #[schemars(range(min = 0.001, max = 180.0))]
+    pub angle: f64,
+    /// Half the angle of the inner cone, in degrees, within which the light is whole; smooth from there to
+    /// `angle`. Absent, two thirds of that. As large as `angle`, the edge is hard, and not antialiased.
+    #[schemars(range(min = 0.0, max = 180.0))]
+    pub inner_angle: Option<f64>,
+    /// Luminous intensity on the axis, in candela.
+    #[schemars(range(min = 0.0))]
+    pub intensity: f64,
+    /// The light's colour.
+    pub color: Color,
+    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    pub temperature: Option<f64>,
+    /// Whether it is on.
+    pub on: bool,
+}
+
+impl Default for SpotLight {
+    fn default() -> SpotLight {
+        SpotLight {
+            position: DVec3::ZERO,
+            direction: DVec3::NEG_Y,
+            angle: 45.0,
+            inner_angle: None,
+            intensity: 1.0,
+            color: Color::WHITE,
+            temperature: None,
+            on: true,
+        }
+    }
+}
+
+impl MakeLamp for SpotLight {
+    fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
+        let angle = self.angle;
+        let inner = self.inner_angle.unwrap_or(angle * 2.0 / 3.0);
+        if !(angle > 0.0 && angle <= 180.0 && (0.0..=angle).contains(&inner)) {
+            let what = "must be 0 to `angle`, which is above 0 and up to 180";
+            return Err(Fault::new(
+                "inner_angle",
+                format!("{inner} and an angle of {angle}: {what}"),
+            ));
+        }
+        let position = place("position", self.position)?;
+        let axis = unit("direction", self.direction)?;
+        let beam = Beam::Cone { axis, outer: angle.to_radians(), inner: inner.to_radians() };
+        let strength = strength("intensity", self.intensity, self.color, self.temperature)?;
+        Ok(lamp(name, self.on, strength, Point { position, beam }))
+    }
+}
