@@ -5,9 +5,10 @@ use spandrel_engine::color::Color;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::read::{self, ReadOptions};
-use spandrel_engine::shade::{Fog, Illuminate, Shadows};
+use spandrel_engine::shade::{Fog, Illuminate, Shadows, Trace};
 use spandrel_engine::span::{Keep, SpanImage, Stage};
 use spandrel_engine::span_file::{self, Options, Scenes, SpanFile};
+use spandrel_engine::trace::Accelerator;
 use spandrel_engine::visible::render;
 use spandrel_tests::lights::no_fog;
 use spandrel_tests::lights::{illuminate, sun};
@@ -145,7 +146,7 @@ fn scene_files(folder: &Path) -> std::path::PathBuf {
     let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).unwrap();
     write(
         "part.ron",
-        r##"Scene(version: 1, materials: {"red": (color: "#c02010")}, plans: [(name: "part", root: (name: "ball",
+        r##"Scene(version: 1, materials: {"red": (color: "#c02010", finish: (optics: (reflect: 0.4, fresnel: false)))}, plans: [(name: "part", root: (name: "ball",
             material: "red", shape: Sphere(radius: 1.5, segments: 24)))])"##,
     );
     write(
@@ -173,8 +174,13 @@ fn lit_with_shadows(image: &SpanImage) -> SpanImage {
     let sun = sun((-0.3, -0.4, -1.5), Color::grey(0.9));
     let lights = illuminate(vec![sun], Color::grey(0.2), Color::BLACK);
     let lights = Illuminate { shadows: Shadows::Volumes, ..lights };
-    // Twice, so that the world of the second holds that of the first.
-    image.shaded(Arc::new(lights.clone())).unwrap().shaded(Arc::new(lights)).unwrap()
+    // Twice, so that the world of the second holds that of the first. Only the ball mirrors, and sees what was
+    // not merged.
+    let twice = image.shaded(Arc::new(lights.clone())).unwrap().shaded(Arc::new(lights)).unwrap();
+    let background = Color::grey(0.5);
+    let accelerator = Accelerator::default();
+    let trace = Trace { rays: 2, depth: 3, background, sky: None, accelerator };
+    twice.shaded_beside(Arc::new(trace), &[image]).unwrap()
 }
 
 #[test]

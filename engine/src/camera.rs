@@ -371,6 +371,12 @@ impl View {
         if self.is_parallel() { -distance } else { 1.0 / distance }
     }
 
+    /// The width of a pixel at a distance in metres, seen straight on, and by how much it grows per metre.
+    pub fn pixel_width(&self, distance: f64) -> (f64, f64) {
+        let width = 1.0 / self.scale;
+        if self.is_parallel() { (width, 0.0) } else { (width * distance, width) }
+    }
+
     /// The greatest and the least depth that is seen: the front and the back plane.
     pub fn depth_range(&self) -> (f64, f64) {
         let unbounded = if self.is_parallel() { f64::NEG_INFINITY } else { 0.0 };

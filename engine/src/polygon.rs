@@ -11,6 +11,19 @@ pub fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
     points.zip(next).map(|(p, q)| (p - origin).cross(q - origin)).sum()
 }
 
+/// Whether a point of a polygon's plane lies inside it, by the even-odd rule.
+pub fn contains(points: impl Iterator<Item = DVec3> + Clone, normal: DVec3, at: DVec3) -> bool {
+    let size = normal.abs();
+    let drop = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(2);
+    let (u, v) = ((drop + 1) % 3, (drop + 2) % 3);
+    let flat = points.map(|p| (p[u] - at[u], p[v] - at[v]));
+    let next = flat.clone().skip(1).chain(flat.clone().take(1));
+    let crossed = flat.zip(next).filter(|((ax, ay), (bx, by))| {
+        (*ay > 0.0) != (*by > 0.0) && (ax * by - ay * bx > 0.0) == (by > ay)
+    });
+    crossed.count() % 2 == 1
+}
+
 /// A polygon with holes in triangles, as places among its points: those of the outline, and then those of
 /// the holes, each from one of `holes` on. All run the way round that the outline does.
 pub fn triangles(points: &[DVec3], holes: &[u32]) -> Vec<[u32; 3]> {

@@ -9,6 +9,7 @@
 //! | [`Image`] | channels, and what the command line overrides ([`Picture`]) | resolve, image nodes |
 //! | [`Delivery`] | what the command line overrides ([`Override`]) | writers |
 
+use glam::DVec3;
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -111,6 +112,15 @@ impl Lamps {
         Ok(Lamps(vec![light.lamp("", inputs.directory())?]))
     }
 
+    /// The first sky among them.
+    ///
+    /// # Errors
+    /// If there is none; `of` is what names them.
+    pub fn sky(&self, of: &str) -> Result<Lamp> {
+        let sky = self.0.iter().find(|lamp| lamp.light.luminance(DVec3::Y).is_some());
+        sky.cloned().ok_or_else(|| Error::invalid(format!("`sky`: \"{of}\" is no SkyLight")))
+    }
+
     /// Whether a node's lamp can be made, as far as no file tells.
     ///
     /// # Errors
@@ -183,7 +193,8 @@ impl Value for Image {
     }
 
     fn facts(&self) -> Vec<(&'static str, u64)> {
-        vec![("pixels", self.window.area() as u64)]
+        let counts = self.counts.iter().map(|(what, number)| (*what, *number));
+        std::iter::once(("pixels", self.window.area() as u64)).chain(counts).collect()
     }
 }
 

@@ -41,10 +41,12 @@ pub mod shade {
     mod illuminate;
     mod recolor;
     mod recolor_from;
+    mod trace;
     pub use fog::Fog;
     pub use illuminate::Illuminate;
     pub use recolor::Recolor;
     pub use recolor_from::RecolorFrom;
+    pub use trace::Trace;
 }
 
 /// Scenes and cameras.
@@ -102,6 +104,7 @@ pub fn register(registry: &mut Registry) {
         .register::<shade::Illuminate>()
         .register::<shade::Recolor>()
         .register::<shade::RecolorFrom>()
+        .register::<shade::Trace>()
         .register::<source::Camera>()
         .register::<source::LightFaces>()
         .register::<source::ReadScene>()

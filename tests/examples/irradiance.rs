@@ -68,7 +68,8 @@ impl Case<'_> {
             vec![Material { color: Color::WHITE, ..Material::default() }; scene.materials.len()];
         let (label, key) = (scene.label.clone(), scene.key);
         let surfaces: Arc<dyn Surfaces> = Arc::new(SceneSurfaces::new(Arc::new(scene)));
-        let member = Member { label: label.clone(), scene: key, surfaces, stack: Vec::new() };
+        let (label, stack) = (label.clone(), Vec::new());
+        let member = Member { label, scene: key, surfaces, stack, is_beside: false };
         let world = World::new(vec![member]);
         let lamps = self.lights.iter().map(|light| light.lamp("light", folder).unwrap()).collect();
         let shader = Illuminate { lamps, white: 1.0, shadows: Shadows::Rays(16384), samples: 4096 };
@@ -84,7 +85,7 @@ impl Case<'_> {
             fragments.unlit.push(false);
             fragments.finish.push(Default::default());
         }
-        let around = Around { world: Some(&world), before: &[], batch: &Anywhere };
+        let around = Around { world: Some(&world), stack: &[], at: 0, batch: &Anywhere };
         shader.shade(&mut fragments, &around);
         let ours: Vec<String> = fragments.color.iter().map(|color| color.g.to_string()).collect();
         std::fs::write(at("ours"), ours.join("\n") + "\n").unwrap();

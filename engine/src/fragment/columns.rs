@@ -27,6 +27,10 @@ impl Columns {
     /// Everything else in the image: what casts shadows, and is mirrored.
     pub const WORLD: Columns = Columns(64);
 
+    /// What rays show on the surface, if its finish wants any. Places differ then, and everything else in
+    /// the image is looked at.
+    pub const TRACED: Columns = Columns(128);
+
     /// What differs from place to place on every face.
     pub const PLACE: Columns = Columns(4 | 8 | 64);
 

@@ -19,6 +19,57 @@ pub struct Finish {
     pub glow: Color,
     /// Whether its normal is the face's own, whatever its vertices say.
     pub flat: bool,
+    /// What rays show of it, if any are followed: \[N]'s reserved mark.
+    pub optics: Option<Optics>,
+}
+
+/// What of its surroundings a surface shows: \[D]'s reflective and refractive coefficients.
+///
+/// The front of its faces is its outside. What it mirrors takes the place of its own colour; what comes
+/// through it is added.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Optics {
+    /// Share of light mirrored, each in [0, 1]; with `fresnel`, of what that law says.
+    pub reflect: Color,
+    /// Share of light let through, each in [0, 1]; with `fresnel`, of what is not mirrored.
+    pub refract: Color,
+    /// The index of refraction of its inside against its outside, 0.1 to 10. 1 bends nothing.
+    pub index: f32,
+    /// Whether shares follow Fresnel's law for light that is not polarised: little is mirrored straight on,
+    /// everything at grazing angles.
+    pub fresnel: bool,
+    /// What its inside takes of light, per metre and natural: exp(-absorb w) is left after w metres.
+    pub absorb: Color,
+}
+
+impl Default for Optics {
+    fn default() -> Optics {
+        let (reflect, refract, absorb) = (Color::WHITE, Color::BLACK, Color::BLACK);
+        Optics { reflect, refract, index: 1.5, fresnel: true, absorb }
+    }
+}
+
+impl Optics {
+    fn check(&self) -> Result<()> {
+        let shares = [("reflect", self.reflect), ("refract", self.refract)];
+        for (what, color) in shares {
+            if !color.to_array().iter().all(|share| (0.0..=1.0).contains(share)) {
+                return Err(Error::invalid(format!("{what} must be 0 to 1")));
+            }
+        }
+        let sums = (self.reflect + self.refract).to_array();
+        if !self.fresnel && sums.iter().any(|sum| *sum > 1.0) {
+            return Err(Error::invalid("reflect and refract are more than 1 together"));
+        }
+        if !(0.1..=10.0).contains(&self.index) {
+            return Err(Error::invalid(format!("index is {}: must be 0.1 to 10", self.index)));
+        }
+        if !self.absorb.is_finite() || self.absorb.to_array().iter().any(|v| *v < 0.0) {
+            return Err(Error::invalid("absorb must be finite and 0 or more"));
+        }
+        Ok(())
+    }
 }
 
 impl Finish {
@@ -43,6 +94,9 @@ impl Finish {
         if !self.glow.is_finite() || self.glow.to_array().iter().any(|v| *v < 0.0) {
             return Err(Error::invalid("glow must be finite and 0 or more"));
         }
+        if let Some(optics) = &self.optics {
+            optics.check()?;
+        }
         match self.gloss {
             Gloss::None => Ok(()),
             Gloss::Phong { share: mirrored, exponent } => {
@@ -66,7 +120,7 @@ impl Finish {
 impl Default for Finish {
     fn default() -> Finish {
         let (gloss, glow) = (Gloss::None, Color::BLACK);
-        Finish { ambient: 1.0, diffuse: 1.0, gloss, glow, flat: false }
+        Finish { ambient: 1.0, diffuse: 1.0, gloss, glow, flat: false, optics: None }
     }
 }
 

@@ -21,7 +21,7 @@ mod world;
 
 pub use columns::Columns;
 pub use environment::Environment;
-pub use finish::{Finish, Gloss};
+pub use finish::{Finish, Gloss, Optics};
 pub use stack::{Placement, Shading, Stage};
 pub use world::{Member, World};
 
@@ -73,6 +73,21 @@ pub struct Fragments<'v> {
     pub unlit: Vec<bool>,
     /// The parts that the colour is the sum of, if anybody wants to know.
     pub layers: Option<Layers>,
+    /// From where they are seen, if not by the camera.
+    pub sight: Option<Sight>,
+}
+
+/// From where fragments are seen that a ray met.
+#[derive(Clone, Debug, Default)]
+pub struct Sight {
+    /// Where the ray starts, in metres.
+    pub from: Vec<DVec3>,
+    /// How many surfaces the way from the camera has turned at.
+    pub turns: u32,
+    /// How much of what is seen counts in the picture, 1 where it is all.
+    pub weight: Vec<f32>,
+    /// The width of what the ray stands for where it meets the surface, in metres.
+    pub width: Vec<f32>,
 }
 
 /// Colours by what they come from: the lights by their names, and [`Layers::REST`] for all else. Each has
@@ -133,6 +148,7 @@ impl<'v> Fragments<'v> {
             alpha: Vec::new(),
             unlit: Vec::new(),
             layers: None,
+            sight: None,
         }
     }
 
@@ -155,15 +171,41 @@ impl<'v> Fragments<'v> {
         self.depth.push(depth);
     }
 
-    /// The unit vector from a fragment to the eye.
+    /// The unit vector from a fragment to where it is seen from.
     pub fn to_eye(&self, i: usize) -> DVec3 {
-        if self.view.is_parallel() {
-            return self.view.world_direction(DVec3::Z);
-        }
         let position = self.position.get(i).copied();
-        let position =
-            position.unwrap_or_else(|| self.view.world_point(self.x[i], self.y[i], self.depth[i]));
-        (self.view.camera().position - position).normalize_or_zero()
+        let place = || self.view.world_point(self.x[i], self.y[i], self.depth[i]);
+        self.to_eye_from(i, position.unwrap_or_else(place))
+    }
+
+    /// The unit vector from a point on a fragment to where it is seen from.
+    pub fn to_eye_from(&self, i: usize, point: DVec3) -> DVec3 {
+        match &self.sight {
+            Some(sight) => (sight.from[i] - point).normalize_or_zero(),
+            None if self.view.is_parallel() => self.view.world_direction(DVec3::Z),
+            None => (self.view.camera().position - point).normalize_or_zero(),
+        }
+    }
+
+    /// The way on which a fragment is seen: where it starts, its direction, and its length. Parallel rays
+    /// start in the plane of the camera.
+    pub fn way(&self, i: usize) -> (DVec3, DVec3, f64) {
+        if let Some(sight) = &self.sight {
+            let way = self.position[i] - sight.from[i];
+            return (sight.from[i], way.normalize_or_zero(), way.length());
+        }
+        let eye = self.view.camera().position;
+        let seen = self.view.eye_point(self.x[i], self.y[i], self.depth[i]);
+        if self.view.is_parallel() {
+            let start = DVec3::new(seen.x, seen.y, 0.0);
+            let along = self.view.world_direction(DVec3::NEG_Z);
+            return (
+                eye + self.view.world_direction(start),
+                along,
+                self.view.distance(self.depth[i]),
+            );
+        }
+        (eye, self.view.world_direction(seen).normalize_or_zero(), seen.length())
     }
 
     /// Takes the fragments to other points, given as x, y and depth; positions follow.
@@ -183,7 +225,7 @@ impl<'v> Fragments<'v> {
 
     /// Computes the columns `wanted`: positions here, the rest by the source's surfaces.
     pub fn fill(&mut self, wanted: Columns, surfaces: &dyn Surfaces) {
-        if wanted.contains(Columns::POSITION) && self.position.is_empty() {
+        if wanted.meets(Columns::POSITION | Columns::TRACED) && self.position.is_empty() {
             self.place();
         }
         surfaces.fill(wanted, self);
@@ -218,6 +260,12 @@ pub trait Surfaces: Any + Send + Sync + Debug {
     /// Whether it casts shadows, without looking further.
     fn casts(&self) -> bool {
         false
+    }
+
+    /// The part of one of its [casters'](Surfaces::casters) faces that is seen at a point from the front or
+    /// the back: the face or a seal on it. `None` if it is not there from that side.
+    fn met(&self, face: u32, _sees_front: bool, _point: DVec3) -> Option<u32> {
+        Some(face)
     }
 
     /// The name of the object that a face belongs to, as a path such as `"car/wheel 2"`.
@@ -289,12 +337,24 @@ pub trait Shader: Send + Sync + Debug {
 #[derive(Clone, Copy)]
 pub struct Around<'a> {
     /// Everything that was in the image when the shader was applied; there if it reads
-    /// [`Columns::WORLD`].
+    /// [`Columns::WORLD`] or [`Columns::TRACED`].
     pub world: Option<&'a World>,
-    /// What was done to the fragments' source before.
-    pub before: &'a [Stage],
+    /// The stack of the fragments' source.
+    pub stack: &'a [Stage],
+    /// The shader's place in it.
+    pub at: usize,
     /// Where the fragments are.
     pub batch: &'a dyn Batch,
+}
+
+impl Around<'_> {
+    /// What was done to the fragments' source before, if it changed more than colours.
+    pub fn changes_before(&self) -> impl Iterator<Item = &Stage> {
+        self.stack[..self.at].iter().filter(|stage| match stage {
+            Stage::Shade(shading) => shading.shader().changes() != Columns::COLOR,
+            Stage::Place(_) | Stage::Kept(_) => true,
+        })
+    }
 }
 
 /// Something kept from one picture to the next.
@@ -316,6 +376,9 @@ pub trait Batch {
     fn lit(&self, _from: Toward, _world: &World) -> Option<Vec<f32>> {
         None
     }
+
+    /// Counts what was done, by a name that people read.
+    fn count(&self, _what: &'static str, _number: u64) {}
 
     /// What a fragment covers of the screen: pieces of lines, in pixels of the raster. Empty if it is but
     /// its point.

@@ -43,7 +43,8 @@ pub struct Shading {
 impl Shading {
     /// A shader that is applied to sources; `world` is what it sees of them if it looks around.
     pub fn new(shader: Arc<dyn Shader>, world: impl FnOnce() -> Arc<World>) -> Shading {
-        let world = shader.reads().contains(Columns::WORLD).then(world);
+        let looks = shader.reads().meets(Columns::WORLD | Columns::TRACED);
+        let world = looks.then(world);
         let key = Shading::key(&*shader, world.as_deref());
         Shading { shader, world, key }
     }
@@ -187,7 +188,7 @@ pub fn run(
         match stage {
             Stage::Shade(shading) => {
                 let world = shading.world.as_deref();
-                let around = Around { world, before: &stack[..at], batch };
+                let around = Around { world, stack, at, batch };
                 shading.shader.shade(fragments, &around);
             }
             Stage::Place(_) => {

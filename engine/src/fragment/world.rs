@@ -20,6 +20,8 @@ pub struct Member {
     pub surfaces: Arc<dyn Surfaces>,
     /// What was done to it before.
     pub stack: Vec<Stage>,
+    /// Whether it was not in the image but beside it: seen by rays, not shaded with the rest.
+    pub is_beside: bool,
 }
 
 /// All sources of an image, for what looks around in it. Its key stands for its contents.
@@ -39,7 +41,7 @@ impl World {
     pub fn new(members: Vec<Member>) -> World {
         let mut key = KeyHasher::new("world");
         for member in &members {
-            key.bytes(member.label.as_bytes()).key(member.scene);
+            key.bytes(member.label.as_bytes()).key(member.scene).value(&member.is_beside);
             member.stack.iter().for_each(|stage| {
                 key.key(stage.key());
             });
@@ -97,8 +99,9 @@ impl World {
         for member in &self.members {
             if super::stack::moves(&member.stack) {
                 return Err(Error::invalid(format!(
-                    "\"{}\" was moved on the screen after it was rendered and has no place in the world \
-                     from which to cast shadows: light it before it is moved, or with `shadows: Off`",
+                    "\"{}\" was moved on the screen after it was rendered and has no place in the world from \
+                     which to cast shadows or be mirrored: light and trace before moving, or light with \
+                     `shadows: Off`",
                     member.label
                 )));
             }

@@ -73,12 +73,15 @@ pub struct Image {
     channels: BTreeMap<String, Samples>,
     /// What ids mean.
     pub names: BTreeMap<u32, String>,
+    /// What was done to make it, counted.
+    pub counts: BTreeMap<&'static str, u64>,
 }
 
 impl Image {
     /// A picture without channels.
     pub fn new(size: (u32, u32), window: Window) -> Image {
-        Image { size, window, channels: BTreeMap::new(), names: BTreeMap::new() }
+        let (channels, names, counts) = Default::default();
+        Image { size, window, channels, names, counts }
     }
 
     /// Adds or replaces a channel.

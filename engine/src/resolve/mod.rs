@@ -27,7 +27,7 @@ pub use filter::Filter;
 pub use rule::{Framing, Rule, Vertical, Weighting};
 
 use rayon::prelude::*;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Layers, Stage};
@@ -35,7 +35,7 @@ use crate::image::{Image, Samples, Window};
 use crate::span::SpanImage;
 use crate::span::image::Intensities;
 use crate::visible::probe::Index;
-use stream::{Pixels, Stream};
+use stream::{Pixels, Stream, Told};
 
 /// Rows of a task.
 const BAND: u32 = 8;
@@ -141,7 +141,7 @@ pub fn resolve(
     deal(std::slice::from_mut(&mut z), rows, &mut parts, |part, _, values| part.z = values);
     deal(std::slice::from_mut(&mut error), rows, &mut parts, |part, _, values| part.error = values);
     deal(std::slice::from_mut(&mut id), rows, &mut parts, |part, _, values| part.id = values);
-    let names: Vec<BTreeMap<u32, String>> = parts
+    let told: Vec<Told> = parts
         .into_par_iter()
         .enumerate()
         .map_init(
@@ -183,23 +183,34 @@ pub fn resolve(
     }
     if channels.contains(&Channel::Id) {
         picture.insert("id", Samples::Id(id))?;
-        picture.names = names.into_iter().flatten().collect();
+    }
+    for Told { names, counts } in told {
+        picture.names.extend(names);
+        for (what, number) in counts {
+            *picture.counts.entry(what).or_default() += number;
+        }
     }
     Ok(picture)
 }
 
 /// The names of all layers of an image.
 fn layers(image: &SpanImage) -> Vec<String> {
-    let stages = image.sources().iter().flat_map(|source| &source.stack);
-    let names = stages.filter_map(|stage| match stage {
-        Stage::Shade(shading) => Some(shading.shader().layers()),
-        _ => None,
-    });
-    let mut names: Vec<String> = names.flatten().collect();
+    let mut names = Vec::new();
+    image.sources().iter().for_each(|source| add_layers(&source.stack, &mut names));
     names.sort();
     names.dedup();
     names.push(Layers::REST.to_owned());
     names
+}
+
+/// Adds the names of the layers of a stack, and of what rays see from it.
+fn add_layers(stack: &[Stage], names: &mut Vec<String>) {
+    for stage in stack {
+        let Stage::Shade(shading) = stage else { continue };
+        names.extend(shading.shader().layers());
+        let members = shading.world().into_iter().flat_map(|world| world.members());
+        members.filter(|member| member.is_beside).for_each(|m| add_layers(&m.stack, names));
+    }
 }
 
 /// The names of layers as compositors take them: letters, digits and `_`, no two alike.

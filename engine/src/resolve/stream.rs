@@ -5,6 +5,7 @@
 //! What was gathered is kept with the image, and so is what shaders [keep](Batch::keep) of its batches: a
 //! light that is dimmed finds both, and only sums are new.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
@@ -52,6 +53,17 @@ pub(super) struct Stream<'a> {
     objects: HashMap<(usize, u32), u32>,
     /// The names of the layers that are wanted.
     layers: &'a [String],
+    /// What shaders counted.
+    counts: RefCell<BTreeMap<&'static str, u64>>,
+}
+
+/// What rows tell beside their pixels.
+#[derive(Debug, Default)]
+pub(super) struct Told {
+    /// What ids mean.
+    pub(super) names: BTreeMap<u32, String>,
+    /// What shaders counted.
+    pub(super) counts: BTreeMap<&'static str, u64>,
 }
 
 /// The fragments of a band of rows.
@@ -130,6 +142,10 @@ impl Batch for Place<'_> {
         Some(self.stream.shadows.lit(&self.group.spots, from, world))
     }
 
+    fn count(&self, what: &'static str, number: u64) {
+        *self.stream.counts.borrow_mut().entry(what).or_default() += number;
+    }
+
     fn pieces(&self, fragment: usize) -> Vec<Piece> {
         let source = &self.stream.image.sources()[self.group.source];
         let (_, [right, down]) = stack::unmoved(&source.stack, &Plane::constant(1.0));
@@ -173,6 +189,7 @@ impl<'a> Stream<'a> {
             covers: Vec::new(),
             objects: HashMap::new(),
             layers: &[],
+            counts: RefCell::default(),
         }
     }
 
@@ -181,13 +198,8 @@ impl<'a> Stream<'a> {
         Stream { layers, ..self }
     }
 
-    /// Computes the pixels of rows of the picture, band `band`; returns what ids mean.
-    pub(super) fn rows(
-        &mut self,
-        band: u32,
-        rows: Rows,
-        mut pixels: Pixels<'_>,
-    ) -> BTreeMap<u32, String> {
+    /// Computes the pixels of rows of the picture, band `band`.
+    pub(super) fn rows(&mut self, band: u32, rows: Rows, mut pixels: Pixels<'_>) -> Told {
         // Zero already, but written here: a fresh page that is read before it is written costs a fault
         // more and, with several threads, an interrupt of all processors. Measured: half of the time.
         pixels.color.iter_mut().for_each(|channel| channel.fill(0.0));
@@ -218,7 +230,8 @@ impl<'a> Stream<'a> {
             }
         }
         self.blend(&gathered, band, &mut pixels, &mut most);
-        self.most(&most, &mut pixels)
+        let names = self.most(&most, &mut pixels);
+        Told { names, counts: self.counts.take() }
     }
 
     fn wants_color(&self) -> bool {

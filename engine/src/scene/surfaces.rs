@@ -9,6 +9,7 @@ use super::geometry::{Frame, Part};
 use super::material::AlphaMode;
 use crate::color::Color;
 use crate::fragment::{Columns, Environment, Finish, Fragments, Origin, Surfaces};
+use crate::polygon;
 use crate::trace::{Casters, CastersBuilder};
 
 /// A scene as the surfaces of a source.
@@ -173,6 +174,13 @@ impl Surfaces for SceneSurfaces {
         if shines(true) || shines(false) {
             varying = varying | Columns::FINISH;
         }
+        let is_traced = |front| {
+            let material = instance.material_of(sides, front) as usize;
+            self.scene.materials[material].finish.optics.is_some()
+        };
+        if is_traced(true) || is_traced(false) {
+            varying = varying | Columns::TRACED;
+        }
         if !mesh.colors.is_empty() && differs(&|c| mesh.colors[c] == mesh.colors[first]) {
             varying = varying | Columns::COLOR;
         }
@@ -188,6 +196,31 @@ impl Surfaces for SceneSurfaces {
 
     fn casts(&self) -> bool {
         true
+    }
+
+    fn met(&self, face: u32, sees_front: bool, point: DVec3) -> Option<u32> {
+        let (at, face_of_mesh, _) = self.scene.part(face);
+        let instance = &self.scene.instances[at];
+        if self.scene.is_culled(instance, face_of_mesh, sees_front) {
+            return None;
+        }
+        let mesh = instance.geometry.mesh();
+        if !instance.shows_seals || mesh.seals(face_of_mesh).is_empty() {
+            return Some(face);
+        }
+        let point = self.places[at].0.transform_point3(point);
+        let normal = instance.geometry.normal(face_of_mesh);
+        let mut found = face;
+        for (number, part) in (face..).zip(instance.geometry.parts_of(face_of_mesh)) {
+            if let Part::Seal(i) = part {
+                let outline = &mesh.seals(face_of_mesh)[i as usize].outline;
+                let corners = outline.iter().map(|corner| mesh.points[*corner as usize]);
+                if polygon::contains(corners, normal, point) {
+                    found = number;
+                }
+            }
+        }
+        Some(found)
     }
 
     fn object(&self, ordinal: u32) -> String {
@@ -214,9 +247,6 @@ impl Scene {
             let base = builder.points(mesh.points.iter().map(|p| world.transform_point3(*p)));
             for face in 0..mesh.face_count() {
                 let opacity = self.opacity(instance, face);
-                if opacity == 0.0 {
-                    continue;
-                }
                 let number = instance.first_ordinal + geometry.first_part(face);
                 geometry.pieces(face, |corners| {
                     builder.piece(number, opacity, corners.iter().map(|corner| base + corner));
@@ -224,6 +254,13 @@ impl Scene {
             }
         }
         builder.finish()
+    }
+
+    /// Whether a face is seen from the side that its material leaves out.
+    pub fn is_culled(&self, instance: &Instance, face: usize, sees_front: bool) -> bool {
+        let sides = instance.geometry.mesh().sides(face);
+        let number = instance.material_of(sides, sees_front);
+        !sees_front && sides.back == Back::Same && self.materials[number as usize].one_sided
     }
 
     /// How much light a face holds back; NaN if that differs from place to place or side to side.

@@ -95,27 +95,13 @@ impl Shader for Fog {
     }
 
     fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
-        let view = fragments.view;
-        let eye = view.camera().position;
         let mut all = Vec::with_capacity(fragments.len());
         for i in 0..fragments.len() {
-            let (x, y, depth) = (fragments.x[i], fragments.y[i], fragments.depth[i]);
-            let seen = view.eye_point(x, y, depth);
-            let way = if view.is_parallel() { view.distance(depth) } else { seen.length() };
-            let along = view.world_direction(seen);
-            // Parallel rays start in the plane of the camera.
-            let start = match view.is_parallel() {
-                true => eye.y + along.y - view.world_direction(glam::DVec3::Z * seen.z).y,
-                false => eye.y,
-            };
-            let through = self.through(way, start, eye.y + along.y);
+            let (from, along, way) = fragments.way(i);
+            let through = self.through(way, from.y, from.y + along.y * way);
             let color = match &self.sky {
                 Some((lamp, white)) => {
-                    let direction = match view.is_parallel() {
-                        true => view.world_direction(glam::DVec3::NEG_Z),
-                        false => along.normalize_or_zero(),
-                    };
-                    let luminance = lamp.light.luminance(direction).unwrap_or(Color::BLACK);
+                    let luminance = lamp.light.luminance(along).unwrap_or(Color::BLACK);
                     luminance * lamp.strength * (std::f32::consts::PI / white)
                 }
                 None => self.color,

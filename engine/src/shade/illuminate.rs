@@ -10,7 +10,7 @@ use super::gloss;
 use super::pattern::{Pattern, Spread};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Columns, Finish, Fragments, Gloss, Kept, Layers, Shader, Stage, World,
+    Around, Batch, Columns, Finish, Fragments, Gloss, Kept, Layers, Shader, World,
 };
 use crate::key::KeyHasher;
 use crate::light::{Lamp, Light, Receiver, Sample};
@@ -175,15 +175,10 @@ impl Illuminate {
         around.world.into_iter().for_each(|world| {
             key.key(world.geometry());
         });
-        // What was done before to anything but colours, which are not read here.
-        for stage in around.before {
-            match stage {
-                Stage::Shade(shading) if shading.shader().changes() == Columns::COLOR => {}
-                stage => {
-                    key.key(stage.key());
-                }
-            }
-        }
+        // Colours are not read here.
+        around.changes_before().for_each(|stage| {
+            key.key(stage.key());
+        });
         let key = key.finish();
         if let Some(known) = around.batch.kept(key).and_then(|kept| kept.downcast().ok()) {
             return known;
@@ -275,19 +270,22 @@ impl<'a> Lighting<'a> {
     /// The same from parts of the source, each with what stands in its way.
     fn by_samples(&self, spot: &Spot, i: usize, whole: Color) -> (Color, [Color; 2]) {
         let fragments = self.fragments;
-        let pattern = Pattern::new(fragments.x[i], fragments.y[i]);
+        let pattern = Pattern::of(fragments, i);
         // A source in one place is the same for all rays: they are spread over what is covered.
         let is_spread = self.light.toward().is_some() && self.samples > 1;
         let spread = Spread::new(if is_spread { self.batch.pieces(i) } else { Vec::new() });
+        // What counts for little in the picture, as mirrored light does, takes as little of the samples.
+        let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i]);
+        let samples = ((self.samples as f32 * weight).ceil() as u32).clamp(1, self.samples);
         let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
         let mut sent = [Color::BLACK; 2];
-        for k in 0..self.samples {
+        for k in 0..samples {
             let choice = pattern.at(k);
             let sample = self.light.sample(&spot.receiver, choice);
             let lit = match self.world {
                 None => 1.0,
                 Some(world) if spot.faces(sample.toward) => {
-                    let beside = spread.at(choice).map(|at| spot.beside(fragments, at));
+                    let beside = spread.on_plane(choice, fragments, i, spot.facing);
                     let from = beside.unwrap_or(spot.receiver.position);
                     passes(world, &self.casters, fragments, spot, from, sample.toward)
                 }
@@ -309,7 +307,7 @@ impl<'a> Lighting<'a> {
             share(open.g, reaches.g, whole.g),
             share(open.b, reaches.b, whole.b),
         );
-        (diffuse, sent.map(|part| part * (1.0 / self.samples as f32)))
+        (diffuse, sent.map(|part| part * (1.0 / samples as f32)))
     }
 }
 
@@ -350,18 +348,6 @@ impl Spot {
             Some(toward) if !self.faces(toward) => Color::BLACK,
             _ => whole,
         }
-    }
-
-    /// The point of the face's plane that is seen at a point of the screen.
-    fn beside(&self, fragments: &Fragments<'_>, at: DVec2) -> DVec3 {
-        let view = fragments.view;
-        let DVec2 { x, y } = at;
-        let (near, far) =
-            (view.world_point(x, y, view.depth(1.0)), view.world_point(x, y, view.depth(2.0)));
-        let along = far - near;
-        let t = self.facing.dot(self.receiver.position - near) / self.facing.dot(along);
-        let point = near + along * t;
-        if point.is_finite() { point } else { self.receiver.position }
     }
 }
 

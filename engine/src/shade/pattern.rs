@@ -1,9 +1,9 @@
 //! Where rays start and what they aim at: points spread evenly over what a fragment covers, and over a
 //! source.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
-use crate::fragment::Piece;
+use crate::fragment::{Fragments, Piece};
 
 /// Points of what a fragment covers.
 pub(super) struct Spread {
@@ -18,8 +18,25 @@ impl Spread {
         Spread { pieces, length }
     }
 
-    /// The point for two numbers in [0, 1); `None` if nothing is known.
-    pub(super) fn at(&self, choice: DVec2) -> Option<DVec2> {
+    /// The point of the face's plane, on a fragment, for two numbers in [0, 1); `None` if nothing is known.
+    pub(super) fn on_plane(
+        &self,
+        choice: DVec2,
+        fragments: &Fragments<'_>,
+        i: usize,
+        normal: DVec3,
+    ) -> Option<DVec3> {
+        let DVec2 { x, y } = self.at(choice)?;
+        let view = fragments.view;
+        let (near, far) =
+            (view.world_point(x, y, view.depth(1.0)), view.world_point(x, y, view.depth(2.0)));
+        let along = far - near;
+        let t = normal.dot(fragments.position[i] - near) / normal.dot(along);
+        Some(near + along * t).filter(|point| point.is_finite())
+    }
+
+    /// The point of the screen for two numbers in [0, 1).
+    fn at(&self, choice: DVec2) -> Option<DVec2> {
         let mut rest = choice.y * self.length;
         let mut found = None;
         for Piece { x, y } in &self.pieces {
@@ -41,8 +58,23 @@ impl Spread {
 pub(super) struct Pattern([u32; 2]);
 
 impl Pattern {
-    pub(super) fn new(x: f64, y: f64) -> Pattern {
-        let mut state = x.to_bits() ^ y.to_bits().rotate_left(32);
+    /// The pattern of a fragment.
+    pub(super) fn of(fragments: &Fragments<'_>, i: usize) -> Pattern {
+        match &fragments.sight {
+            None => Pattern::new(fragments.x[i], fragments.y[i]),
+            Some(_) => {
+                let [x, y, z] = fragments.position[i].to_array().map(f64::to_bits);
+                Pattern::from_seed(x ^ y.rotate_left(21) ^ z.rotate_left(42))
+            }
+        }
+    }
+
+    fn new(x: f64, y: f64) -> Pattern {
+        Pattern::from_seed(x.to_bits() ^ y.to_bits().rotate_left(32))
+    }
+
+    fn from_seed(seed: u64) -> Pattern {
+        let mut state = seed;
         let mut next = || {
             // SplitMix64 (Steele, Lea and Flood 2014).
             state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);

@@ -182,6 +182,9 @@ impl Work<'_> {
         for (member, casters) in casters.iter() {
             let surfaces = &*world.members()[*member].surfaces;
             casters.within(&shaft, |piece| {
+                if casters.pieces()[piece].opacity == 0.0 {
+                    return;
+                }
                 // All of it may be outside one plane of the shaft.
                 let corners = casters.corners(piece);
                 let is_outside = |(normal, offset): &(DVec3, f64)| {

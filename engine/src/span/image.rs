@@ -11,7 +11,7 @@ use super::{Again, Face, FaceId, Memo, OnLine, Probe, Source, Stage, Union};
 use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Environment, Shader, Shading, World};
+use crate::fragment::{Environment, Member, Shader, Shading, World};
 use crate::raster::{LinePlan, Rows};
 
 /// The opaque spans of a range of rows.
@@ -237,7 +237,24 @@ impl SpanImage {
     /// # Errors
     /// If the image has more faces than ids (2^32 - 1).
     pub fn shaded(&self, shader: Arc<dyn Shader>) -> Result<SpanImage> {
-        let world = || Arc::new(World::new(self.sources.iter().map(|s| s.member()).collect()));
+        self.shaded_beside(shader, &[])
+    }
+
+    /// The same, where rays see the sources of other images too.
+    ///
+    /// # Errors
+    /// If the image has more faces than ids (2^32 - 1).
+    pub fn shaded_beside(
+        &self,
+        shader: Arc<dyn Shader>,
+        others: &[&SpanImage],
+    ) -> Result<SpanImage> {
+        let world = || {
+            let beside = |source: &Arc<Source>| Member { is_beside: true, ..source.member() };
+            let others = others.iter().flat_map(|image| image.sources.iter().map(beside));
+            let own = self.sources.iter().map(|source| source.member());
+            Arc::new(World::new(own.chain(others).collect()))
+        };
         let shading = Shading::new(shader, world);
         let shaded = |source: &Arc<Source>| {
             let mut source = Source::clone(source);

@@ -57,6 +57,7 @@ impl Source {
             scene: self.scene,
             surfaces: self.surfaces.clone(),
             stack: self.stack.clone(),
+            is_beside: false,
         }
     }
 

@@ -47,6 +47,8 @@ pub(super) struct MemberHead {
     pub(super) found_in: Option<usize>,
     #[serde(default)]
     pub(super) stack: Vec<Stage>,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(super) is_beside: bool,
 }
 
 /// A scene that faces come from.
@@ -131,6 +133,7 @@ impl Head {
             scene: member.scene,
             found_in: scene.map(|scene| self.place_of(scene)),
             stack: member.stack.clone(),
+            is_beside: member.is_beside,
         }
     }
 

@@ -301,6 +301,7 @@ fn worlds(head: &Head, found: impl Iterator<Item = Found>) -> Result<HashMap<Key
                 None => Arc::new(Stored::default()),
             },
             stack: in_worlds(&member.stack, &worlds),
+            is_beside: member.is_beside,
         };
         let world = World::new(about.members.iter().map(&mut member).collect());
         if world.key() != about.key {

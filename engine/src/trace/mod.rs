@@ -7,14 +7,22 @@
 //! between faces that share an edge. The tree only finds candidates: its boxes, in 32 bits, are larger
 //! than any rounding on the way to them.
 
+mod grid;
+
+pub use grid::Voxels;
+
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
+use self::grid::Grid;
 use crate::polygon::area_vector;
 
 /// By how much boxes are enlarged, in units of half the extent of all pieces: more than the rounding of
@@ -26,7 +34,8 @@ const MARGIN: f64 = 4e-6;
 pub struct Piece {
     /// The face, by its number in the scene.
     pub face: u32,
-    /// How much of the light that meets it is held back, in [0, 1]; 1 is opaque.
+    /// How much of the light that meets it is held back, in [0, 1]: 1 is opaque, 0 casts no shadow. NaN
+    /// if that differs from place to place.
     pub opacity: f32,
     first: u32,
     count: u32,
@@ -39,6 +48,18 @@ pub struct Casters {
     corners: Vec<u32>,
     pieces: Vec<Piece>,
     tree: Option<Tree>,
+    /// Grids that somebody asked for.
+    grids: Mutex<Vec<(Voxels, Arc<Grid>)>>,
+}
+
+/// How the pieces that a ray meets are found. What is found is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub enum Accelerator {
+    /// By a tree of boxes.
+    #[default]
+    Tree,
+    /// By \[D]'s voxels.
+    Grid(Voxels),
 }
 
 /// A tree over pieces, in coordinates from -1 to 1.
@@ -208,24 +229,57 @@ impl Tree {
         let margin = DVec3::splat(MARGIN * extent);
         Some(Tree { bvh, centre, scale, low: low - margin, high: high + margin })
     }
+}
 
-    /// The part of a ray that lies in the outermost box.
-    fn cut(&self, ray: &Ray) -> Option<Range<f64>> {
-        let (mut from, mut to) = (0.0f64, ray.reach);
-        for axis in 0..3 {
-            let (origin, along) = (ray.origin[axis], ray.direction[axis]);
-            let (low, high) = (self.low[axis], self.high[axis]);
-            if along == 0.0 {
-                if origin < low || origin > high {
-                    return None;
-                }
-                continue;
+/// The part of a ray, of the ways `within`, that lies in a box.
+fn cut(low: DVec3, high: DVec3, ray: &Ray, within: Range<f64>) -> Option<Range<f64>> {
+    let Range { start: mut from, end: mut to } = within;
+    for axis in 0..3 {
+        let (origin, along) = (ray.origin[axis], ray.direction[axis]);
+        let (low, high) = (low[axis], high[axis]);
+        if along == 0.0 {
+            if origin < low || origin > high {
+                return None;
             }
-            let (a, b) = ((low - origin) / along, (high - origin) / along);
-            from = from.max(a.min(b));
-            to = to.min(a.max(b));
+            continue;
         }
-        (from <= to).then_some(from..to)
+        let (a, b) = ((low - origin) / along, (high - origin) / along);
+        from = from.max(a.min(b));
+        to = to.min(a.max(b));
+    }
+    (from <= to).then_some(from..to)
+}
+
+/// Finds the pieces of a scene that rays meet.
+#[derive(Debug)]
+pub struct Finder<'c> {
+    casters: &'c Casters,
+    grid: Option<Arc<Grid>>,
+}
+
+impl Finder<'_> {
+    /// The nearest piece that a ray meets, of those that `accept` lets count. Of two at one distance the
+    /// first of all, whatever finds it.
+    pub fn nearest(&self, ray: &Ray, mut accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+        let mut best: Option<Hit> = None;
+        let visit = |hit: Hit| {
+            let beats = best.is_none_or(|best| (hit.t, hit.piece) < (best.t, best.piece));
+            if !beats || !accept(&hit) {
+                return None;
+            }
+            best = Some(hit);
+            Some(hit.t)
+        };
+        match &self.grid {
+            None => self.casters.traverse(ray, visit),
+            Some(grid) => grid.traverse(self.casters, ray, visit),
+        }
+        best
+    }
+
+    /// The pieces.
+    pub fn casters(&self) -> &Casters {
+        self.casters
     }
 }
 
@@ -257,7 +311,7 @@ impl Casters {
 
     /// Bytes held, about.
     pub fn bytes(&self) -> usize {
-        let nodes = self.tree.as_ref().map_or(0, |tree| size_of_val(&*tree.bvh.nodes));
+        let nodes = self.accelerator_bytes(&Accelerator::Tree);
         size_of_val(&*self.points)
             + size_of_val(&*self.corners)
             + size_of_val(&*self.pieces)
@@ -292,25 +346,39 @@ impl Casters {
         self.traverse(ray, |hit| if visit(hit) { None } else { Some(0.0) });
     }
 
-    /// The nearest piece that a ray meets, of those that `accept` lets count.
-    pub fn nearest(&self, ray: &Ray, mut accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
-        let mut best: Option<Hit> = None;
-        self.traverse(ray, |hit| {
-            // Of two at one distance the first of all, whatever the tree.
-            let beats = best.is_none_or(|best| (hit.t, hit.piece) < (best.t, best.piece));
-            if !beats || !accept(&hit) {
-                return None;
-            }
-            best = Some(hit);
-            Some(hit.t)
-        });
-        best
+    /// What finds the pieces that rays meet.
+    pub fn finder(&self, by: &Accelerator) -> Finder<'_> {
+        let grid = match by {
+            Accelerator::Tree => None,
+            Accelerator::Grid(voxels) => Some(self.grid(voxels)),
+        };
+        Finder { casters: self, grid }
+    }
+
+    /// The grid of some voxels, made when it is asked for first.
+    fn grid(&self, voxels: &Voxels) -> Arc<Grid> {
+        let mut grids = self.grids.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = grids.iter().find(|(known, _)| known == voxels);
+        if let Some((_, grid)) = known {
+            return grid.clone();
+        }
+        let grid = Arc::new(Grid::new(self, voxels));
+        grids.push((*voxels, grid.clone()));
+        grid
+    }
+
+    /// Bytes that an accelerator takes beside the pieces.
+    pub fn accelerator_bytes(&self, by: &Accelerator) -> usize {
+        match by {
+            Accelerator::Tree => self.tree.as_ref().map_or(0, |tree| size_of_val(&*tree.bvh.nodes)),
+            Accelerator::Grid(voxels) => self.grid(voxels).bytes(),
+        }
     }
 
     /// Visits the pieces that a ray meets; `visit` may say beyond which way nothing matters any more.
     fn traverse(&self, ray: &Ray, mut visit: impl FnMut(Hit) -> Option<f64>) {
         let Some(tree) = &self.tree else { return };
-        let Some(part) = tree.cut(ray) else { return };
+        let Some(part) = cut(tree.low, tree.high, ray, 0.0..ray.reach) else { return };
         let origin = (ray.origin - tree.centre + ray.direction * part.start) * tree.scale;
         let along = ray.direction * tree.scale;
         let length = along.length();
@@ -412,7 +480,9 @@ mod tests {
                 for aim in aims {
                     let origin = DVec3::new(0.1, -0.2, 0.05) * scale;
                     let ray = Ray::new(origin, aim - origin, 10.0);
-                    leaks += u32::from(ball.nearest(&ray, |_| true).is_none());
+                    leaks += u32::from(
+                        ball.finder(&Accelerator::Tree).nearest(&ray, |_| true).is_none(),
+                    );
                 }
             }
             assert_eq!(leaks, 0, "at {scale}");
@@ -420,8 +490,17 @@ mod tests {
     }
 
     #[test]
-    fn the_tree_finds_what_a_search_through_all_finds() {
+    fn tree_and_grids_find_what_a_search_through_all_finds() {
         let ball = ball(3.0, 12);
+        let voxels = Voxels::default();
+        let window = Some([DVec3::new(-1.0, -4.0, -1.5), DVec3::new(2.0, 4.0, 4.0)]);
+        let grids = [
+            voxels,
+            Voxels { cells: (1, 7, 3), ..voxels },
+            Voxels { size: Some(0.3), ..voxels },
+            Voxels { size: Some(1e-9), window, ..voxels },
+            Voxels { window, ..voxels },
+        ];
         let mut met = 0;
         for i in 0..2000u32 {
             let t = f64::from(i);
@@ -431,7 +510,21 @@ mod tests {
             let ray = Ray::new(origin, direction, 2.0);
             let all = (0..ball.pieces().len()).filter_map(|piece| ball.meet(piece, &ray));
             let expected = all.min_by(|a, b| a.t.total_cmp(&b.t)).map(|hit| hit.t);
-            assert_eq!(ball.nearest(&ray, |_| true).map(|hit| hit.t), expected);
+            for by in grids.map(Accelerator::Grid).into_iter().chain([Accelerator::Tree]) {
+                let found = ball.finder(&by).nearest(&ray, |_| true).map(|hit| hit.t);
+                assert_eq!(found, expected, "{by:?}");
+            }
+            // Beyond the nearest there are others, each met once.
+            let beyond = |t: f64| {
+                let by = Accelerator::Grid(voxels);
+                ball.finder(&by).nearest(&ray, |hit| hit.t > t).map(|hit| hit.t)
+            };
+            let all = (0..ball.pieces().len()).filter_map(|piece| ball.meet(piece, &ray));
+            let mut all: Vec<f64> = all.map(|hit| hit.t).collect();
+            all.sort_by(f64::total_cmp);
+            all.dedup();
+            let found = std::iter::successors(beyond(0.0), |t| beyond(*t));
+            assert_eq!(found.collect::<Vec<f64>>(), all);
             met += u32::from(expected.is_some());
         }
         assert!(met > 200 && met < 1990, "{met}");

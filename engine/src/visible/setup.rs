@@ -9,7 +9,7 @@ use super::clip::Guard;
 use crate::camera::{Homogeneous, Plane, View};
 use crate::error::Result;
 use crate::raster::LinePlan;
-use crate::scene::{Back, Geometry, Instance, Part, Scene, surfaces::normal_matrix};
+use crate::scene::{Geometry, Instance, Part, Scene, surfaces::normal_matrix};
 use crate::span::{FaceHead, FaceTable, FaceTableBuilder, Role};
 
 /// Faces in one task.
@@ -131,7 +131,7 @@ impl<'a> Setup<'a> {
         let (support, is_front) = self.geometry.support_of(at);
         let (plane, faces_viewer) = self.planes[support];
         let sees_front = faces_viewer == is_front;
-        if self.is_culled(at, sees_front) {
+        if self.scene.is_culled(self.instance, at, sees_front) {
             return Ok(());
         }
         let mut extent = Extent::EMPTY;
@@ -199,13 +199,6 @@ impl<'a> Setup<'a> {
             }
         }
         Ok(())
-    }
-
-    /// Whether a face is seen from the side that its material leaves out.
-    fn is_culled(&self, at: usize, sees_front: bool) -> bool {
-        let sides = self.geometry.mesh().sides(at);
-        let number = self.instance.material_of(sides, sees_front);
-        !sees_front && sides.back == Back::Same && self.scene.materials[number as usize].one_sided
     }
 
     /// Whether any line of the raster can meet the extent.

@@ -1,9 +1,7 @@
-use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::color::Color;
-use spandrel_engine::error::Error;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::shade::{self, FogHeight, FogLaw};
@@ -88,16 +86,8 @@ impl Node for Fog {
 
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let sky = match &self.sky {
+            Some(link) => Some((inputs.get(link).sky(link.target())?, self.white)),
             None => None,
-            Some(link) => {
-                let lamps = inputs.get(link);
-                let mut skies =
-                    lamps.0.iter().filter(|lamp| lamp.light.luminance(DVec3::Y).is_some());
-                let sky = skies.next().cloned().ok_or_else(|| {
-                    Error::invalid(format!("`sky`: \"{}\" is no SkyLight", link.target()))
-                })?;
-                Some((sky, self.white))
-            }
         };
         let height = self.falloff.map(|falloff| FogHeight { level: self.level, falloff });
         let image = inputs.get(&self.image);

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use spandrel_engine::color::Color;
+use spandrel_engine::fragment::Optics;
 use spandrel_engine::scene::shape::Patch;
 use spandrel_engine::scene::{Document, Material, Mesh, Object, Plan, Shape, Step};
 
@@ -16,7 +17,13 @@ pub(crate) fn document(
         let color = Color::from_srgb8([hex(1), hex(3), hex(5)]);
         let round = |v: f32| (v * 1e4).round() / 1e4;
         let color = Color::new(round(color.r), round(color.g), round(color.b));
-        document.materials.insert((*name).to_owned(), Material { color, ..Material::default() });
+        let mut material = Material { color, ..Material::default() };
+        if name.starts_with("glass") {
+            // A coated pane before a dim room: it mirrors a fifth of what is straight ahead.
+            material.finish.diffuse = 0.4;
+            material.finish.optics = Some(Optics { index: 2.6, ..Optics::default() });
+        }
+        document.materials.insert((*name).to_owned(), material);
     }
     let root = Object { children, ..Object::default() };
     let mut plan = Plan { name: "town".to_owned(), root, ..Plan::default() };

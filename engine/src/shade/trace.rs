@@ -1,0 +1,502 @@
+//! Local ray tracing (\[N], "Local ray tracing"; \[D], "High-quality image display"): what surfaces mirror
+//! and let through, followed by rays from the fragments that they cover, and from no other.
+//!
+//! What a ray meets is a fragment like those that the camera sees: it runs through the stack of its own
+//! source, so it is lit, shadowed and fogged as everything is, and its mirrors are followed in turn.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::f32::consts::PI;
+use std::sync::Arc;
+
+use super::pattern::{Pattern, Spread};
+use crate::color::Color;
+use crate::fragment::{
+    Around, Batch, Columns, Finish, Fragments, Kept, Layers, Member, Optics, Shader, Sight, Stage,
+    Surfaces, World, stack,
+};
+use crate::key::{Key, KeyHasher};
+use crate::light::Lamp;
+use crate::math;
+use crate::shadow;
+use crate::trace::{Accelerator, Casters, Finder, Hit, Ray};
+
+/// Rays that count for less in the picture are not followed.
+const LEAST: f32 = 1e-3;
+
+/// The most translucent surfaces that a ray goes through.
+const MOST_LAYERS: usize = 64;
+
+/// Follows rays from surfaces whose [`Optics`] mirror or refract.
+///
+/// What is mirrored takes the place of the surface's own colour, by its share; what is refracted is added.
+/// A translucent surface hides more of what is behind it by what it mirrors.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Trace {
+    /// Rays from each visible fragment, spread over what it covers, 1 or more. Each of them is followed by
+    /// one ray of each kind at the surfaces that it meets.
+    pub rays: u32,
+    /// At how many surfaces one behind the other rays turn, 0 or more.
+    pub depth: u32,
+    /// What rays find that meet nothing.
+    pub background: Color,
+    /// A sky that they find instead, and the illuminance in lux under which a white surface shows 1.
+    pub sky: Option<(Lamp, f32)>,
+    /// How the surfaces that rays meet are found.
+    pub accelerator: Accelerator,
+}
+
+/// A ray from a fragment.
+struct Followed {
+    fragment: usize,
+    origin: DVec3,
+    direction: DVec3,
+    /// The share of what it finds that the fragment shows.
+    share: Color,
+    /// What the space that it goes through takes of light, per metre.
+    absorb: Color,
+    /// The plane that it starts on.
+    plane: (DVec3, DVec3),
+}
+
+/// A surface that a ray met.
+#[derive(Clone, Copy, Debug)]
+struct Met {
+    ray: u32,
+    member: u32,
+    ordinal: u32,
+    sees_front: bool,
+    way: f32,
+    position: DVec3,
+}
+
+/// The fragments that rays met of one member.
+struct Group<'v> {
+    member: usize,
+    fragments: Fragments<'v>,
+    /// The places of its fragments in the list of all that were met.
+    places: Vec<usize>,
+}
+
+#[typetag::serde]
+impl Shader for Trace {
+    fn reads(&self) -> Columns {
+        Columns::COLOR | Columns::FINISH | Columns::NORMAL | Columns::FACING | Columns::TRACED
+    }
+
+    fn changes(&self) -> Columns {
+        Columns::COLOR
+    }
+
+    fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>) {
+        let turns = fragments.sight.as_ref().map_or(0, |sight| sight.turns);
+        let Some(world) = around.world.filter(|_| turns < self.depth) else { return };
+        let mut mirrored = vec![Color::BLACK; fragments.len()];
+        let rays = self.rays(fragments, around.batch, &mut mirrored);
+        if rays.is_empty() {
+            return;
+        }
+        let key = self.key(world, around);
+        let met = self.meet(&rays, fragments, world, around.batch, key);
+        let shown = self.show(&rays, &met, fragments, world, around, key);
+        blend(fragments, &mirrored, shown);
+    }
+}
+
+impl Trace {
+    /// What is kept of rays depends on this, beside the fragments that they start from.
+    fn key(&self, world: &World, around: &Around<'_>) -> Key {
+        let mut key = KeyHasher::new("trace");
+        key.value(&(self.rays, self.depth)).key(world.geometry());
+        around.changes_before().for_each(|stage| {
+            key.key(stage.key());
+        });
+        key.finish()
+    }
+
+    /// The rays of all fragments, and by fragment the share that is mirrored.
+    fn rays(
+        &self,
+        fragments: &Fragments<'_>,
+        batch: &dyn Batch,
+        mirrored: &mut [Color],
+    ) -> Vec<Followed> {
+        let is_first = fragments.sight.is_none();
+        let count = if is_first { self.rays.max(1) } else { 1 };
+        let mut rays = Vec::new();
+        for (i, mirrored) in mirrored.iter_mut().enumerate() {
+            let finish = fragments.finish[i];
+            let Some(optics) = finish.optics else { continue };
+            let spread = Spread::new(if count > 1 { batch.pieces(i) } else { Vec::new() });
+            let pattern = Pattern::of(fragments, i);
+            for k in 0..count {
+                let surface = Surface::new(fragments, i, &finish);
+                let beside = spread.on_plane(pattern.at(k), fragments, i, surface.facing);
+                let origin = beside.unwrap_or(fragments.position[i]);
+                let along = -fragments.to_eye_from(i, origin);
+                let turned = surface.turn(along, &optics, fragments.sees_front[i]);
+                let share = 1.0 / count as f32;
+                *mirrored = *mirrored + turned.reflect * share;
+                let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i]);
+                let plane = (surface.facing, fragments.position[i]);
+                let inside = [Color::BLACK, optics.absorb];
+                let is_outside = fragments.sees_front[i];
+                // The space in front of the seen side, and the one behind it.
+                let spaces = [inside[usize::from(!is_outside)], inside[usize::from(is_outside)]];
+                let ways = [
+                    (Some(turned.mirrored), turned.reflect, spaces[0]),
+                    (turned.refracted, turned.refract, spaces[1]),
+                ];
+                for (direction, part, absorb) in ways {
+                    let Some(direction) = direction.filter(|_| greatest(part) * weight > LEAST)
+                    else {
+                        continue;
+                    };
+                    let share = part * share;
+                    rays.push(Followed { fragment: i, origin, direction, share, absorb, plane });
+                }
+            }
+        }
+        rays
+    }
+
+    /// The surfaces that rays meet, ray by ray and the nearest first.
+    fn meet(
+        &self,
+        rays: &[Followed],
+        fragments: &Fragments<'_>,
+        world: &World,
+        batch: &dyn Batch,
+        key: Key,
+    ) -> Arc<Vec<Met>> {
+        if let Some(known) = batch.kept(key).and_then(|kept| kept.downcast().ok()) {
+            return known;
+        }
+        let finders: Vec<(usize, Finder<'_>)> = world
+            .casters()
+            .map(|(member, casters)| (member, casters.finder(&self.accelerator)))
+            .collect();
+        batch.count("rays", rays.len() as u64);
+        let mut all = Vec::new();
+        for (number, followed) in rays.iter().enumerate() {
+            let ray = Ray::new(followed.origin, followed.direction, f64::INFINITY);
+            let mut last = (0.0, 0, 0);
+            for _ in 0..MOST_LAYERS {
+                let Some((at, hit)) = nearest(&finders, &ray, followed.plane, last) else { break };
+                last = (hit.t, at, hit.piece);
+                let (member, casters) = (finders[at].0, finders[at].1.casters());
+                let surfaces = &*world.members()[member].surfaces;
+                let sees_front = casters.normal(hit.piece).dot(followed.direction) < 0.0;
+                let position = ray.at(hit.t);
+                let face = casters.pieces()[hit.piece].face;
+                let Some(ordinal) = surfaces.met(face, sees_front, position) else { continue };
+                let (ray, member) = (number as u32, member as u32);
+                all.push(Met { ray, member, ordinal, sees_front, way: hit.t as f32, position });
+                let is_solid = casters.pieces()[hit.piece].opacity == 1.0;
+                if is_solid || alpha(surfaces, fragments, ordinal, sees_front, position) >= 1.0 {
+                    break;
+                }
+            }
+        }
+        let all = Arc::new(all);
+        batch.keep(key, all.clone() as Kept, size_of_val(&**all));
+        all
+    }
+
+    /// What rays show of the surfaces that they met: by fragment, and by layer if fragments have them.
+    fn show(
+        &self,
+        rays: &[Followed],
+        met: &[Met],
+        fragments: &Fragments<'_>,
+        world: &World,
+        around: &Around<'_>,
+        key: Key,
+    ) -> Shown {
+        let mut groups: Vec<Group<'_>> = Vec::new();
+        for (place, met) in met.iter().enumerate() {
+            let member = met.member as usize;
+            let known = groups.iter().position(|group| group.member == member);
+            let at = known.unwrap_or_else(|| {
+                let mut empty = Fragments::new(fragments.view);
+                let turns = fragments.sight.as_ref().map_or(0, |sight| sight.turns) + 1;
+                empty.sight = Some(Sight { turns, ..Sight::default() });
+                empty.layers = fragments.layers.as_ref().map(|_| Layers::default());
+                groups.push(Group { member, fragments: empty, places: Vec::new() });
+                groups.len() - 1
+            });
+            groups[at].push(place, met, &rays[met.ray as usize], fragments);
+        }
+        // Of each surface: its group, and its place there.
+        let mut places = vec![(0usize, 0usize); met.len()];
+        for (at, group) in groups.iter_mut().enumerate() {
+            group.shade(&world.members()[group.member], around, key);
+            for (i, place) in group.places.iter().enumerate() {
+                places[*place] = (at, i);
+            }
+        }
+        let mut shown = Shown::new(fragments);
+        let mut next = 0;
+        for (number, ray) in rays.iter().enumerate() {
+            let mut left = ray.share;
+            while next < met.len() && met[next].ray as usize == number {
+                let (group, i) = places[next];
+                let seen = &groups[group].fragments;
+                let part = left * (absorbed(ray.absorb, met[next].way) * seen.alpha[i]);
+                shown.add(ray.fragment, part, seen, i);
+                left = left * (1.0 - seen.alpha[i]);
+                next += 1;
+            }
+            // Through what absorbs, nothing comes from infinitely far.
+            if greatest(left) > 0.0 && ray.absorb == Color::BLACK {
+                shown.add_rest(ray.fragment, left * self.beyond(ray.direction));
+            }
+        }
+        shown
+    }
+
+    /// What is seen in a direction where nothing is.
+    fn beyond(&self, direction: DVec3) -> Color {
+        match &self.sky {
+            Some((lamp, white)) => {
+                let luminance = lamp.light.luminance(direction).unwrap_or(Color::BLACK);
+                luminance * lamp.strength * (PI / white)
+            }
+            None => self.background,
+        }
+    }
+}
+
+fn greatest(color: Color) -> f32 {
+    color.r.max(color.g).max(color.b)
+}
+
+fn absorbed(absorb: Color, way: f32) -> Color {
+    let left = |absorb: f32| if absorb > 0.0 { math::expf(-absorb * way) } else { 1.0 };
+    Color::new(left(absorb.r), left(absorb.g), left(absorb.b))
+}
+
+/// The nearest surface behind the last, of all members.
+fn nearest(
+    finders: &[(usize, Finder<'_>)],
+    ray: &Ray,
+    plane: (DVec3, DVec3),
+    last: (f64, usize, usize),
+) -> Option<(usize, Hit)> {
+    let mut best: Option<(usize, Hit)> = None;
+    for (at, (_, finder)) in finders.iter().enumerate() {
+        let casters: &Casters = finder.casters();
+        let found = finder.nearest(ray, |hit| {
+            (hit.t, at, hit.piece) > last && !shadow::lies_in(casters, hit.piece, plane)
+        });
+        if let Some(hit) = found
+            && best.is_none_or(|(_, best)| hit.t < best.t)
+        {
+            best = Some((at, hit));
+        }
+    }
+    best
+}
+
+/// How much a surface hides of what is behind it at a point.
+fn alpha(
+    surfaces: &dyn Surfaces,
+    fragments: &Fragments<'_>,
+    ordinal: u32,
+    sees_front: bool,
+    position: DVec3,
+) -> f32 {
+    let mut one = Fragments::new(fragments.view);
+    one.push(ordinal, sees_front, 0.0, 0.0, 0.0);
+    one.position.push(position);
+    one.fill(Columns::COLOR, surfaces);
+    one.alpha[0]
+}
+
+/// A surface where a ray turns.
+struct Surface {
+    normal: DVec3,
+    facing: DVec3,
+}
+
+/// How a ray goes on.
+struct Turned {
+    mirrored: DVec3,
+    refracted: Option<DVec3>,
+    reflect: Color,
+    refract: Color,
+}
+
+impl Surface {
+    fn new(fragments: &Fragments<'_>, i: usize, finish: &Finish) -> Surface {
+        let smooth = fragments.normal[i].as_dvec3();
+        let facing = fragments.facing.get(i).copied().unwrap_or(smooth);
+        Surface { normal: if finish.flat { facing } else { smooth }, facing }
+    }
+
+    /// The ways on of a ray that comes along a unit vector, to the front or the back.
+    fn turn(&self, along: DVec3, optics: &Optics, sees_front: bool) -> Turned {
+        // A smooth normal may be turned away from where it is seen.
+        let cosine = |normal: DVec3| -normal.dot(along);
+        let normal = if cosine(self.normal) > 1e-6 { self.normal } else { self.facing };
+        let cos = cosine(normal).clamp(1e-9, 1.0);
+        // What lets nothing through has no inside.
+        let is_solid = optics.refract == Color::BLACK;
+        let index = f64::from(optics.index);
+        let ratio = if sees_front || is_solid { 1.0 / index } else { index };
+        let sine2 = ratio * ratio * (1.0 - cos * cos);
+        let inner = (sine2 < 1.0).then(|| (1.0 - sine2).sqrt());
+        let bounce = |normal: DVec3| along + normal * (2.0 * cosine(normal));
+        let mirrored = match bounce(normal) {
+            way if way.dot(self.facing) > 0.0 => way,
+            _ => bounce(self.facing),
+        };
+        let bend = |inner: f64| {
+            let way = along * ratio + normal * (ratio * cos - inner);
+            if way.dot(self.facing) < 0.0 { way } else { along }
+        };
+        let refracted = inner.filter(|_| !is_solid).map(bend).map(DVec3::normalize_or_zero);
+        let (reflect, refract) = match (optics.fresnel, inner) {
+            (true, Some(inner)) => {
+                let share = fresnel(cos, inner, ratio) as f32;
+                (optics.reflect * share, optics.refract * (1.0 - share))
+            }
+            (true, None) => (optics.reflect, Color::BLACK),
+            (false, Some(_)) => (optics.reflect, optics.refract),
+            // Reflected totally.
+            (false, None) if !is_solid => (optics.reflect + optics.refract, Color::BLACK),
+            (false, None) => (optics.reflect, Color::BLACK),
+        };
+        Turned { mirrored: mirrored.normalize_or_zero(), refracted, reflect, refract }
+    }
+}
+
+/// The share of light that is mirrored, by the cosines outside and inside and the ratio of the indices
+/// outside and inside.
+fn fresnel(outer: f64, inner: f64, ratio: f64) -> f64 {
+    let across = (ratio * outer - inner) / (ratio * outer + inner);
+    let along = (ratio * inner - outer) / (ratio * inner + outer);
+    (across * across + along * along) / 2.0
+}
+
+impl Group<'_> {
+    fn push(&mut self, place: usize, met: &Met, ray: &Followed, from: &Fragments<'_>) {
+        let fragments = &mut self.fragments;
+        let (i, way) = (ray.fragment, f64::from(met.way));
+        let view = from.view;
+        fragments.push(met.ordinal, met.sees_front, from.x[i], from.y[i], view.depth(way));
+        fragments.position.push(met.position);
+        let (before, seen_from) = match &from.sight {
+            Some(sight) => (sight.weight[i], f64::from(sight.width[i])),
+            None => (1.0, view.pixel_width(view.distance(from.depth[i])).0),
+        };
+        if let Some(sight) = &mut fragments.sight {
+            sight.from.push(ray.origin);
+            sight.weight.push(before * greatest(ray.share));
+            sight.width.push((seen_from + way * view.pixel_width(0.0).1) as f32);
+        }
+        self.places.push(place);
+    }
+
+    /// Runs the fragments through the stack of their source: what was done to it before, and what is done
+    /// from here on to everything in the image.
+    fn shade(&mut self, member: &Member, around: &Around<'_>, key: Key) {
+        let onward = if member.is_beside { &[] } else { &around.stack[around.at..] };
+        let stages: Vec<Stage> = member.stack.iter().chain(onward).cloned().collect();
+        let mut salt = KeyHasher::new("met");
+        salt.key(key).value(&self.member);
+        let batch = Within { outer: around.batch, key: salt.finish() };
+        self.fragments.fill(stack::reads(&stages), &*member.surfaces);
+        stack::run(&stages, Vec::new(), &batch, &mut self.fragments);
+    }
+}
+
+/// Fragments that the rays of others met.
+struct Within<'a> {
+    outer: &'a dyn Batch,
+    key: Key,
+}
+
+impl Within<'_> {
+    fn key_of(&self, key: Key) -> Key {
+        let mut hasher = KeyHasher::new("within");
+        hasher.key(self.key).key(key);
+        hasher.finish()
+    }
+}
+
+impl Batch for Within<'_> {
+    fn kept(&self, key: Key) -> Option<Kept> {
+        self.outer.kept(self.key_of(key))
+    }
+
+    fn keep(&self, key: Key, value: Kept, bytes: usize) {
+        self.outer.keep(self.key_of(key), value, bytes);
+    }
+
+    fn count(&self, what: &'static str, number: u64) {
+        self.outer.count(what, number);
+    }
+}
+
+/// What rays show, by fragment.
+struct Shown {
+    color: Vec<Color>,
+    layers: Option<Layers>,
+}
+
+impl Shown {
+    fn new(fragments: &Fragments<'_>) -> Shown {
+        let layers = fragments.layers.as_ref().map(|_| Layers::default());
+        Shown { color: vec![Color::BLACK; fragments.len()], layers }
+    }
+
+    fn add(&mut self, fragment: usize, share: Color, seen: &Fragments<'_>, i: usize) {
+        self.color[fragment] = self.color[fragment] + seen.color[i] * share;
+        if let (Some(own), Some(layers)) = (&mut self.layers, &seen.layers) {
+            for (name, colors) in layers.iter() {
+                let layer = &mut own.layer(name, self.color.len())[fragment];
+                *layer = *layer + colors[i] * share;
+            }
+        }
+    }
+
+    fn add_rest(&mut self, fragment: usize, color: Color) {
+        self.color[fragment] = self.color[fragment] + color;
+        if let Some(layers) = &mut self.layers {
+            let rest = &mut layers.layer(Layers::REST, self.color.len())[fragment];
+            *rest = *rest + color;
+        }
+    }
+}
+
+/// Adds what rays show to what is left of the fragments' own colours.
+fn blend(fragments: &mut Fragments<'_>, mirrored: &[Color], shown: Shown) {
+    let one = |color: Color| Color::WHITE + color * -1.0;
+    let count = fragments.len();
+    // By fragment: the factors of its own colour, and of what rays show.
+    let factors: Vec<(Color, f32)> = (0..count)
+        .map(|i| {
+            let alpha = fragments.alpha[i];
+            if mirrored[i] == Color::BLACK || alpha >= 1.0 {
+                return (one(mirrored[i]), 1.0);
+            }
+            let hides = 1.0 - (1.0 - alpha) * (1.0 - greatest(mirrored[i]).min(1.0));
+            fragments.alpha[i] = hides;
+            (one(mirrored[i]) * (alpha / hides), 1.0 / hides)
+        })
+        .collect();
+    let mix = |i: usize, own: Color, shown: Color| own * factors[i].0 + shown * factors[i].1;
+    for i in 0..count {
+        fragments.color[i] = mix(i, fragments.color[i], shown.color[i]);
+    }
+    if let Some(layers) = &mut fragments.layers {
+        layers.map(|i, color| color * factors[i].0);
+        for (name, colors) in shown.layers.iter().flat_map(Layers::iter) {
+            let layer = layers.layer(name, count);
+            for (i, (layer, color)) in layer.iter_mut().zip(colors).enumerate() {
+                *layer = *layer + *color * factors[i].1;
+            }
+        }
+    }
+}

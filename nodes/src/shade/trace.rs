@@ -1,0 +1,101 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::color::Color;
+use spandrel_engine::graph::node::FieldError;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::shade;
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::trace::Accelerator;
+use spandrel_engine::values::{Lamps, Lines};
+use std::sync::Arc;
+
+/// Local ray tracing: shows what surfaces mirror and let through, where their material's `finish` has
+/// `optics`, and traces nothing else. What a ray meets is shaded as what the camera sees: by the lights before
+/// this node, and by the fog after it on the way from the mirror. Stands after `Illuminate` and before `Fog`.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Trace {
+    /// The image.
+    pub image: Link<SpanImage>,
+    /// Images that rays see too, as they are: such as a sky that is merged behind the fog, later.
+    pub beside: Vec<Link<SpanImage>>,
+    /// Rays from each face in a pixel, spread over what is seen of it.
+    #[schemars(range(min = 1, max = 1024))]
+    pub rays: u32,
+    /// At how many surfaces, one behind the other, a ray is turned: 1 shows mirrors, but not mirrors in
+    /// them. A pane of glass with two sides takes 2.
+    #[schemars(range(min = 0, max = 64))]
+    pub depth: u32,
+    /// What rays show that meet nothing. Absent, the `background` of the scene's `environment`; if no
+    /// scene of the image has one, black.
+    pub background: Option<Color>,
+    /// A SkyLight that they show instead.
+    pub sky: Option<Link<Lamps>>,
+    /// With `sky`, the illuminance in lux under which a white surface shows 1, as in `Illuminate`.
+    #[schemars(range(min = 1e-9, max = 1e9))]
+    pub white: f32,
+    /// How rays find what they meet: `Tree`, or `Grid(cells: (32, 32, 32))`, voxels that are stepped
+    /// through. The picture is the same.
+    pub accelerator: Accelerator,
+}
+
+impl Default for Trace {
+    fn default() -> Trace {
+        Trace {
+            image: Link::default(),
+            beside: Vec::new(),
+            rays: 1,
+            depth: 4,
+            background: None,
+            sky: None,
+            white: 1.0,
+            accelerator: Accelerator::Tree,
+        }
+    }
+}
+
+impl Node for Trace {
+    type Output = SpanImage;
+    const KIND: &'static str = "Trace";
+    const GROUP: &'static str = "shade";
+    const ALIASES: &'static [&'static str] =
+        &["RayTrace", "Mirror", "Reflect", "Refract", "LocalRays"];
+
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        match &self.accelerator {
+            Accelerator::Tree => Ok(()),
+            Accelerator::Grid(voxels) => {
+                voxels.check().map_err(|what| FieldError::new("accelerator", what))
+            }
+        }
+    }
+
+    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.image, wanted.clone());
+        self.beside.iter().for_each(|image| upstream.ask(image, wanted.clone()));
+        self.sky.iter().for_each(|sky| upstream.ask(sky, ()));
+        Ok(())
+    }
+
+    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let sky = match &self.sky {
+            Some(link) => Some((inputs.get(link).sky(link.target())?, self.white)),
+            None => None,
+        };
+        let image = inputs.get(&self.image);
+        let known = image.environment().map(|environment| environment.background);
+        let background = self.background.or(known).unwrap_or(Color::BLACK);
+        let others: Vec<_> = self.beside.iter().map(|link| inputs.get(link)).collect();
+        let others: Vec<&SpanImage> = others.iter().map(|image| &**image).collect();
+        let (rays, depth, accelerator) = (self.rays, self.depth, self.accelerator);
+        let shader = shade::Trace { rays, depth, background, sky, accelerator };
+        let traced = image.shaded_beside(Arc::new(shader), &others)?;
+        traced.check_worlds()?;
+        Ok(traced)
+    }
+
+    fn passes(&self) -> Option<&Link<SpanImage>> {
+        (self.depth == 0).then_some(&self.image)
+    }
+}
