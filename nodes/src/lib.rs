@@ -8,8 +8,10 @@
 /// Pictures.
 pub mod image {
     mod read;
+    mod refine;
     mod resolve;
     pub use read::Read;
+    pub use refine::Refine;
     pub use resolve::Resolve;
 }
 
@@ -86,6 +88,7 @@ use spandrel_engine::light::list;
 pub fn register(registry: &mut Registry) {
     registry
         .register::<image::Read>()
+        .register::<image::Refine>()
         .register::<image::Resolve>()
         .register::<light::Listed<list::AmbientLight>>()
         .register::<light::Listed<list::AreaLight>>()

@@ -54,6 +54,12 @@ impl Window {
     }
 }
 
+impl std::fmt::Display for Window {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} by {} at {}, {}", self.width, self.height, self.x, self.y)
+    }
+}
+
 /// The samples of a channel, row by row over the data window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {

@@ -59,6 +59,17 @@ impl Light for Line {
         Color::grey(((integral(to) - integral(from)) / h).max(0.0) as f32)
     }
 
+    fn facets(&self, _: &Receiver) -> Option<Vec<Vec<DVec3>>> {
+        Some(vec![self.ends.to_vec()])
+    }
+
+    fn of_facet(&self, points: &[DVec3], at: &Receiver) -> Color {
+        match *points {
+            [start, end] => Line { ends: [start, end] }.irradiance(at),
+            _ => Color::BLACK,
+        }
+    }
+
     fn body(&self, radius: f64) -> Option<Body> {
         let [start, end] = self.ends;
         let (u, v) = (end - start).normalize_or_zero().any_orthonormal_pair();

@@ -85,6 +85,16 @@ pub trait Light: Send + Sync + Debug {
     /// The irradiance of a receiver with nothing in the way, in lux.
     fn irradiance(&self, at: &Receiver) -> Color;
 
+    /// Convex parts that are all that the receiver sees of it, polygons or segments, if they have a closed form.
+    fn facets(&self, _at: &Receiver) -> Option<Vec<Vec<DVec3>>> {
+        None
+    }
+
+    /// The irradiance that a convex part of one of its facets gives, in lux.
+    fn of_facet(&self, _points: &[DVec3], _at: &Receiver) -> Color {
+        Color::BLACK
+    }
+
     /// A part of the source, chosen by two numbers in [0, 1).
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample;
 }

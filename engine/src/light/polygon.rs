@@ -241,6 +241,20 @@ impl Light for Surface {
         Color::grey(lux.sum::<f64>() as f32)
     }
 
+    fn facets(&self, at: &Receiver) -> Option<Vec<Vec<DVec3>>> {
+        let is_seen = |corners: &&[DVec3; 3]| {
+            let way = at.position - corners[0];
+            let front = way.dot(area_vector(corners.iter().copied()).normalize_or_zero());
+            front.abs() > 1e-9 * way.length() && (front > 0.0 || self.two_sided)
+        };
+        let seen = self.triangles().corners.iter().filter(is_seen);
+        Some(seen.map(|corners| corners.to_vec()).collect())
+    }
+
+    fn of_facet(&self, points: &[DVec3], at: &Receiver) -> Color {
+        Color::grey(ring(points, at).abs() as f32)
+    }
+
     fn body(&self, _: f64) -> Option<Body> {
         let (polygons, two_sided) = (self.polygons.clone(), self.two_sided);
         Some(Body { polygons, luminance: 1.0, two_sided, casts: true })

@@ -11,18 +11,23 @@ use std::sync::Arc;
 const BATCH: usize = 4096;
 
 /// The intensities of an image: computed once, kept with it.
-pub(super) fn of(image: &SpanImage) -> &Intensities {
-    image.intensities().get_or_init(|| Arc::new(compute(image)))
+pub(super) fn of(image: &SpanImage) -> Arc<Intensities> {
+    image.intensities().get_or_init(|| Arc::new(compute(image, false))).clone()
 }
 
-fn compute(image: &SpanImage) -> Intensities {
+/// The intensities of all faces, each where it is first seen.
+pub(super) fn of_all(image: &SpanImage) -> Arc<Intensities> {
+    Arc::new(compute(image, true))
+}
+
+fn compute(image: &SpanImage, all: bool) -> Intensities {
     let mut seen = Seen::new(image.face_count());
     seen.add(image);
     let visible: Vec<_> = seen.faces().collect();
     let mut paints = vec![None; image.face_count()];
     let shaded: Vec<(FaceId, Paint)> = visible
         .par_chunk_by(|a, b| image.locate(a.0).0 == image.locate(b.0).0)
-        .flat_map(|of_source| of_source.par_chunks(BATCH).map(|batch| shade(image, batch)))
+        .flat_map(|of_source| of_source.par_chunks(BATCH).map(|batch| shade(image, batch, all)))
         .flatten_iter()
         .collect();
     for (face, paint) in shaded {
@@ -31,15 +36,15 @@ fn compute(image: &SpanImage) -> Intensities {
     Intensities::new(paints)
 }
 
-/// Shades the faces of one source that are alike all over.
-fn shade(image: &SpanImage, batch: &[(FaceId, u32, u32)]) -> Vec<(FaceId, Paint)> {
+/// Shades the faces of one source, all or those that are alike all over.
+fn shade(image: &SpanImage, batch: &[(FaceId, u32, u32)], all: bool) -> Vec<(FaceId, Paint)> {
     let Some((first, ..)) = batch.first() else { return Vec::new() };
     let (source, _) = image.face(*first);
     let mut fragments = Fragments::new(image.view());
     let mut faces = Vec::new();
     for (id, k, cell) in batch {
         let (_, face) = image.face(*id);
-        if source.shades_alike(face.ordinal) {
+        if all || source.shades_alike(face.ordinal) {
             let (x, y) = (image.view().raster().pixels(*cell), image.plan().y(*k));
             fragments.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
             faces.push(*id);

@@ -125,6 +125,24 @@ impl<'a> Shadows<'a> {
         pieces
     }
 
+    /// By line of its row, what a spot covers there: a point in pixels of the raster, and a weight.
+    pub(super) fn by_line(&self, spot: &Spot) -> Vec<([f64; 2], f64)> {
+        let x = self.back(spot.column..spot.column + 1);
+        let mut lines = Vec::new();
+        for share in self.shares(spot.row) {
+            let Some(k) = share.line else { continue };
+            let (mut length, mut middle) = (0.0, 0.0);
+            self.each_part(k, spot.face, x, |[from, to]| {
+                length += to - from;
+                middle += (to - from) * (from + to) / 2.0;
+            });
+            if length > 0.0 {
+                lines.push(([middle / length, self.image.y(k)], length * share.weight));
+            }
+        }
+        lines
+    }
+
     /// How much of some pixels the lines of their row give to a face.
     fn covers(&self, row: &Row, face: FaceId, columns: &Range<u32>) -> f32 {
         let x = self.back(columns.clone());

@@ -17,6 +17,7 @@ mod intensity;
 mod lit;
 mod refine;
 pub mod rule;
+mod select;
 mod stacks;
 mod stream;
 mod strip;
@@ -24,17 +25,21 @@ mod unseen;
 
 pub use coverage::{Cover, Coverage};
 pub use filter::Filter;
-pub use rule::{Framing, Rule, Vertical, Weighting};
+pub use rule::{Framing, Rate, Rule, Vertical, Weighting};
+pub use select::Select;
 
 use rayon::prelude::*;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Layers, Stage};
-use crate::image::{Image, Samples, Window};
+use crate::image::{Image, Samples};
+use crate::raster::Raster;
 use crate::span::SpanImage;
 use crate::span::image::Intensities;
 use crate::visible::probe::Index;
+use select::Selected;
 use stream::{Pixels, Stream, Told};
 
 /// Rows of a task.
@@ -86,6 +91,69 @@ pub fn resolve(
     framing: &Framing,
     channels: &BTreeSet<Channel>,
 ) -> Result<Image> {
+    Ok(paint(image, rule, framing, channels, None)?.0)
+}
+
+/// Computes a part of a picture anew: pixels that show anything selected are those of
+/// [`resolve`], bit for bit, and all others those of `over`. Only fragments in these pixels are shaded.
+///
+/// # Errors
+/// As [`resolve`], or if `over` has not the framing's window or not all channels.
+pub fn refine(
+    over: &Image,
+    image: &SpanImage,
+    rule: Rule,
+    framing: &Framing,
+    channels: &BTreeSet<Channel>,
+    select: &Select,
+) -> Result<Image> {
+    let size = Framing::size(image.view().raster(), framing.scale)?;
+    if (over.size, over.window) != ((size.width, size.height), framing.window()) {
+        let ((w, h), Raster { width, height }) = (over.size, size);
+        return Err(Error::invalid(format!(
+            "the picture to refine has {w} by {h} pixels, of which {} are here; what is refined has \
+             {width} by {height}, and {}: both must be resolved alike",
+            over.window,
+            framing.window(),
+        )));
+    }
+    let selected = select.of(image);
+    let (mut picture, touched) = paint(image, rule, framing, channels, Some(&selected))?;
+    let mut refined = over.clone();
+    refined.counts = std::mem::take(&mut picture.counts);
+    refined
+        .counts
+        .insert("pixels refined", touched.iter().filter(|is_touched| **is_touched).count() as u64);
+    refined.names.append(&mut picture.names);
+    for (name, samples) in picture.channels() {
+        let known = over.channel(name).ok_or_else(|| {
+            Error::invalid(format!("the picture to refine has no channel {name}"))
+        })?;
+        let blended = match (known, samples) {
+            (Samples::Float(old), Samples::Float(new)) => {
+                Samples::Float(chosen(old, new, &touched))
+            }
+            (Samples::Id(old), Samples::Id(new)) => Samples::Id(chosen(old, new, &touched)),
+            _ => return Err(Error::invalid(format!("the channel {name} is of two kinds"))),
+        };
+        refined.insert(name, blended)?;
+    }
+    Ok(refined)
+}
+
+fn chosen<T: Copy>(old: &[T], new: &[T], is_new: &[bool]) -> Vec<T> {
+    let pairs = old.iter().zip(new).zip(is_new);
+    pairs.map(|((old, new), is_new)| if *is_new { *new } else { *old }).collect()
+}
+
+/// The picture, and which of its pixels were computed if not all.
+fn paint(
+    image: &SpanImage,
+    rule: Rule,
+    framing: &Framing,
+    channels: &BTreeSet<Channel>,
+    selected: Option<&Selected>,
+) -> Result<(Image, Vec<bool>)> {
     let plan = rule.plan()?;
     if plan != image.plan() {
         return Err(Error::invalid(format!(
@@ -110,18 +178,18 @@ pub fn resolve(
         image.check_worlds()?;
     }
     let index = rule.tolerance().map(|_| Index::new(image));
-    let window = Window {
-        x: framing.columns.start,
-        y: framing.rows.start,
-        width: framing.columns.len() as u32,
-        height: framing.rows.len() as u32,
-    };
+    let window = framing.window();
     let names_of_layers =
         if channels.contains(&Channel::Light) { layers(image) } else { Vec::new() };
     let nothing = Intensities::new(vec![None; image.face_count()]);
     // What is kept of faces has no layers.
     let has_layers = channels.contains(&Channel::Light);
-    let intensities = if has_layers { &nothing } else { intensity::of(image) };
+    let intensities = match framing.shading {
+        _ if has_layers => Arc::new(nothing),
+        Rate::Face => intensity::of_all(image),
+        Rate::Pixel | Rate::Line => intensity::of(image),
+    };
+    let mut touched = vec![false; if selected.is_some() { window.area() } else { 0 }];
     let area = |channel: Channel| if channels.contains(&channel) { window.area() } else { 0 };
     let float = |channel: Channel| vec![0.0f32; area(channel)];
     let mut color: [Vec<f32>; 4] = std::array::from_fn(|_| float(Channel::Color));
@@ -140,6 +208,9 @@ pub fn resolve(
     deal(&mut layers, rows, &mut parts, |part, _, values| part.layers.push(values));
     deal(std::slice::from_mut(&mut z), rows, &mut parts, |part, _, values| part.z = values);
     deal(std::slice::from_mut(&mut error), rows, &mut parts, |part, _, values| part.error = values);
+    deal(std::slice::from_mut(&mut touched), rows, &mut parts, |part, _, values| {
+        part.touched = values
+    });
     deal(std::slice::from_mut(&mut id), rows, &mut parts, |part, _, values| part.id = values);
     let told: Vec<Told> = parts
         .into_par_iter()
@@ -150,8 +221,9 @@ pub fn resolve(
                 if channels.contains(&Channel::Error) {
                     coverage = coverage.with_estimates();
                 }
-                Stream::new(image, rule, framing, intensities, channels, coverage)
+                Stream::new(image, rule, framing, &intensities, channels, coverage)
                     .with_layers(&names_of_layers)
+                    .with_selected(selected)
             },
             |stream, (band, part)| {
                 let first = framing.rows.start + band as u32 * BAND;
@@ -190,7 +262,7 @@ pub fn resolve(
             *picture.counts.entry(what).or_default() += number;
         }
     }
-    Ok(picture)
+    Ok((picture, touched))
 }
 
 /// The names of all layers of an image.

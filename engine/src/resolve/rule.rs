@@ -123,6 +123,21 @@ pub struct Framing {
     pub vertical: Vertical,
     /// How much what lies beside a pixel's centre counts.
     pub filter: Filter,
+    /// How often faces are shaded.
+    pub shading: Rate,
+}
+
+/// How often faces are shaded: time for accuracy.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+pub enum Rate {
+    /// Each once, where it is first seen: \[N]'s stored intensity for all. Faces over each other, and the layers
+    /// of lights, are shaded as by `Pixel`.
+    Face,
+    /// Each in each pixel, at the middle of what is seen of it there; once if it is alike all over.
+    #[default]
+    Pixel,
+    /// Each on each line in each pixel.
+    Line,
 }
 
 impl Framing {
@@ -135,6 +150,7 @@ impl Framing {
             rows: 0..raster.height,
             vertical: Vertical::default(),
             filter: Filter::Box,
+            shading: Rate::default(),
         }
     }
 
@@ -196,6 +212,16 @@ impl Framing {
             )));
         }
         Ok(Framing { columns: x..x + w, rows: y..y + h, ..self })
+    }
+
+    /// The part of the picture that is computed.
+    pub fn window(&self) -> Window {
+        Window {
+            x: self.columns.start,
+            y: self.rows.start,
+            width: self.columns.len() as u32,
+            height: self.rows.len() as u32,
+        }
     }
 
     /// The rows of the raster that the picture's rows need.

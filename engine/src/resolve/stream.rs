@@ -13,7 +13,8 @@ use std::sync::Arc;
 use super::Channel;
 use super::coverage::{Cover, Coverage};
 use super::lit::{Shadows, Spot};
-use super::rule::{Framing, Rule};
+use super::rule::{Framing, Rate, Rule};
+use super::select::Selected;
 use crate::camera::Plane;
 use crate::fragment::{Batch, Columns, Fragments, Kept, Layers, Piece, World, stack};
 use crate::key::{Key, KeyHasher};
@@ -36,6 +37,8 @@ pub(super) struct Pixels<'p> {
     pub(super) id: &'p mut [u32],
     /// Red, green and blue of each layer.
     pub(super) layers: Vec<&'p mut [f32]>,
+    /// Which pixels were computed, if not all.
+    pub(super) touched: &'p mut [bool],
 }
 
 /// Shades the covers of rows and adds them up.
@@ -53,6 +56,8 @@ pub(super) struct Stream<'a> {
     objects: HashMap<(usize, u32), u32>,
     /// The names of the layers that are wanted.
     layers: &'a [String],
+    /// What is computed, if not all.
+    selected: Option<&'a Selected>,
     /// What shaders counted.
     counts: RefCell<BTreeMap<&'static str, u64>>,
 }
@@ -79,6 +84,8 @@ struct Gathered {
     /// By pixel, the share and the place of the face that covers most of it, if anything wants to know.
     most: Vec<(f32, Point)>,
     errors: Vec<f32>,
+    /// The pixels that show anything selected.
+    touched: Vec<u32>,
 }
 
 /// Fragments of one source.
@@ -189,6 +196,7 @@ impl<'a> Stream<'a> {
             covers: Vec::new(),
             objects: HashMap::new(),
             layers: &[],
+            selected: None,
             counts: RefCell::default(),
         }
     }
@@ -196,6 +204,14 @@ impl<'a> Stream<'a> {
     /// The same with layers of these names.
     pub(super) fn with_layers(self, layers: &'a [String]) -> Stream<'a> {
         Stream { layers, ..self }
+    }
+
+    /// The same, of pixels that show anything selected alone.
+    pub(super) fn with_selected(self, selected: Option<&'a Selected>) -> Stream<'a> {
+        let Some(selected) = selected else { return self };
+        let mut key = KeyHasher::new("selected");
+        key.key(self.key).bytes(selected.name.as_bytes());
+        Stream { key: key.finish(), selected: Some(selected), ..self }
     }
 
     /// Computes the pixels of rows of the picture, band `band`.
@@ -214,6 +230,7 @@ impl<'a> Stream<'a> {
         if !pixels.error.is_empty() {
             pixels.error.copy_from_slice(&gathered.errors);
         }
+        gathered.touched.iter().for_each(|at| pixels.touched[*at as usize] = true);
         let mut most = gathered.most.clone();
         if self.wants_color() {
             for (face, first, count, area) in &gathered.alike {
@@ -264,6 +281,13 @@ impl<'a> Stream<'a> {
             if wants_error {
                 gathered.errors.extend_from_slice(self.coverage.errors());
             }
+            if let Some(selected) = self.selected {
+                let columns = &self.framing.columns;
+                let mut touched = vec![false; width];
+                selected.keep(&mut covers, row, columns, &self.coverage, &mut touched);
+                let places = (first as u32..).zip(&touched).filter(|(_, is_touched)| **is_touched);
+                gathered.touched.extend(places.map(|(at, _)| at));
+            }
             for cover in &covers {
                 let start = first + (cover.start - self.framing.columns.start) as usize;
                 if self.coverage.stack(cover.face).is_some() {
@@ -311,8 +335,24 @@ impl<'a> Stream<'a> {
         let group = &mut open[source];
         for (pixel, at) in (cover.start..cover.end).zip(start..) {
             let point = self.point(cover, pixel);
-            group.push(self.image, point, row, pixel, cover.area == 1.0);
-            group.pixels.push((at as u32, cover.area));
+            let is_whole = cover.area == 1.0;
+            if self.framing.shading == Rate::Line {
+                let lines =
+                    self.shadows.by_line(&Spot { row, column: pixel, face: cover.face, is_whole });
+                let all: f64 = lines.iter().map(|(_, weight)| weight).sum();
+                for ([x, y], weight) in &lines {
+                    group.push(self.image, Point { x: *x, y: *y, ..point }, row, pixel, is_whole);
+                    group.pixels.push((at as u32, cover.area * (weight / all) as f32));
+                }
+                // By its slopes a face may reach into a pixel where no line meets it.
+                if lines.is_empty() {
+                    group.push(self.image, point, row, pixel, is_whole);
+                    group.pixels.push((at as u32, cover.area));
+                }
+            } else {
+                group.push(self.image, point, row, pixel, is_whole);
+                group.pixels.push((at as u32, cover.area));
+            }
             if group.pixels.len() >= BATCH {
                 let full = std::mem::replace(group, Group { source, ..Group::default() });
                 gathered.batches.push(full);
@@ -495,6 +535,7 @@ impl Gathered {
             + size_of_val(&*self.members)
             + size_of_val(&*self.most)
             + size_of_val(&*self.errors)
+            + size_of_val(&*self.touched)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Shaders: programs over fragments.
 
+mod clipped;
 pub mod fog;
 mod gloss;
 pub mod illuminate;

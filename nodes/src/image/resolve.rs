@@ -6,7 +6,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::{Image, Window};
 use spandrel_engine::raster::Raster;
-use spandrel_engine::resolve::{self, Filter, Framing, Rule, Vertical};
+use spandrel_engine::resolve::{self, Filter, Framing, Rate, Rule, Vertical};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lines, Picture};
 
@@ -38,6 +38,9 @@ pub struct Resolve {
     /// How much what lies beside a pixel's centre counts: `Box`, `Tent`, `Gaussian`, `Mitchell` or
     /// `Lanczos`, integrated along spans; sharper than filtering finished pixels.
     pub filter: Filter,
+    /// How often faces are shaded: `Face`, each once; `Pixel`, each in each pixel; `Line`, each on each line
+    /// in each pixel.
+    pub shading: Rate,
 }
 
 impl Default for Resolve {
@@ -51,6 +54,7 @@ impl Default for Resolve {
             window: None,
             vertical: Vertical::Fractions,
             filter: Filter::Box,
+            shading: Rate::Pixel,
         }
     }
 }
@@ -68,7 +72,8 @@ impl Resolve {
             (None, None) => Window::whole(whole.columns.end, whole.rows.end),
         };
         let pan = DVec2::from(self.pan);
-        let placed = Framing { pan, vertical: self.vertical, filter: self.filter, ..whole };
+        let Resolve { vertical, filter, shading, .. } = *self;
+        let placed = Framing { pan, vertical, filter, shading, ..whole };
         Ok((raster, placed.cut(window)?))
     }
 }

@@ -1,0 +1,190 @@
+//! Soft shadows in closed form: what is cut out of a source is what stands before it.
+
+use glam::{DVec2, DVec3, dvec3 as v};
+use spandrel_engine::camera::{Camera, View};
+use spandrel_engine::color::Color;
+use spandrel_engine::key::Key;
+use spandrel_engine::light::line::Line;
+use spandrel_engine::light::polygon::{Polygon, Surface};
+use spandrel_engine::light::{Lamp, Light, Receiver};
+use spandrel_engine::raster::Raster;
+use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::scene::{
+    AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides,
+};
+use spandrel_engine::shade::{Illuminate, Shadows};
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::visible;
+use spandrel_tests::lights::{close, illuminate, lamp};
+use spandrel_tests::random::Random;
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::sync::Arc;
+
+/// A scene of polygons, some of which let three quarters of the light through.
+fn made(label: &str, parts: &[(Vec<DVec3>, bool)]) -> Arc<Scene> {
+    let mut mesh = Mesh::default();
+    mesh.materials = vec!["white".into(), "pane".into()];
+    for (polygon, is_pane) in parts {
+        let outline = polygon.iter().map(|p| mesh.add_point(*p)).collect();
+        let sides = Sides { front: Some(u32::from(*is_pane)), ..Sides::default() };
+        mesh.add_face(Face { outline, sides, ..Face::default() }).unwrap();
+    }
+    let root = Object::new("mesh", Shape::Faces(mesh));
+    let mut document = Document::with_plan(Plan { root, ..Plan::default() });
+    let white = Material { color: Color::WHITE, ..Material::default() };
+    let pane = Material { alpha: 0.25, alpha_mode: AlphaMode::Blend, ..white.clone() };
+    document.materials.extend([("white".to_owned(), white), ("pane".to_owned(), pane)]);
+    let key = Key::of(&document);
+    Arc::new(Scene::new(&document, None, label, key, Path::new("")).unwrap())
+}
+
+fn level(x: [f64; 2], y: f64, z: [f64; 2]) -> Vec<DVec3> {
+    vec![v(x[0], y, z[1]), v(x[1], y, z[1]), v(x[1], y, z[0]), v(x[0], y, z[0])]
+}
+
+/// A floor seen from above, `side` metres wide, below everything else.
+fn floor_under(parts: &[(Vec<DVec3>, bool)], side: f64, pixels: u32) -> SpanImage {
+    let camera = Camera {
+        position: v(0.0, 0.01, 0.0) * side,
+        look_at: DVec3::ZERO,
+        parallel_height: Some(side),
+        ..Camera::default()
+    };
+    let view = View::new(&camera, Raster::new(pixels, pixels).unwrap()).unwrap();
+    let floor = made("floor", &[(level([-side, side], 0.0, [-side, side]), false)]);
+    let scenes = [floor, made("things", parts)];
+    let plan = Rule::Sloped(2).plan().unwrap();
+    let parts =
+        scenes.map(|scene| visible::render(&[scene.into()], &view, plan, 0..pixels).unwrap());
+    SpanImage::merge(&parts).unwrap()
+}
+
+fn lit(image: &SpanImage, lamp: Lamp, shadows: Shadows) -> Vec<f32> {
+    let light = Illuminate { shadows, ..illuminate(vec![lamp], Color::BLACK, Color::BLACK) };
+    let image = image.shaded(Arc::new(light)).unwrap();
+    let framing = Framing::scaled(image.view().raster(), DVec2::ONE).unwrap();
+    let picture = resolve(&image, Rule::Sloped(2), &framing, &BTreeSet::from([Channel::Color]));
+    picture.unwrap().float("R").unwrap().to_vec()
+}
+
+fn panel(x: [f64; 2], y: f64, z: [f64; 2]) -> Surface {
+    let mut outline = level(x, y, z);
+    outline.reverse();
+    Surface::new(vec![Polygon { outline, holes: Vec::new() }], false).unwrap()
+}
+
+#[test]
+fn a_source_half_hidden_gives_what_its_other_half_gives() {
+    for scale in [1e-6, 1.0, 1e6] {
+        let half = |x: [f64; 2]| panel(x.map(|x| x * scale), 2.0 * scale, [-scale, scale]);
+        let far = [-50.0 * scale, 50.0 * scale];
+        let board = level([0.0, 50.0 * scale], scale, far);
+        // One pixel, its middle under the board's edge.
+        let whole = || lamp(half([-1.0, 1.0]));
+        let floor = Receiver { position: DVec3::ZERO, normal: DVec3::Y };
+        let open = f64::from(half([-1.0, 0.0]).irradiance(&floor).r);
+        let hidden = f64::from(half([0.0, 1.0]).irradiance(&floor).r);
+        let seen = |parts: &[(Vec<DVec3>, bool)]| {
+            f64::from(lit(&floor_under(parts, scale * 0.01, 1), whole(), Shadows::Analytic)[0])
+        };
+        close(seen(&[]), open + hidden, 1e-6);
+        close(seen(&[(board.clone(), false)]), open, 1e-6);
+        close(seen(&[(board.clone(), true)]), open + 0.75 * hidden, 1e-6);
+        // Two boards over each other, and the source's own face, hide no more.
+        let higher = level([0.2 * scale, 50.0 * scale], 1.3 * scale, far);
+        let own = level([-scale, scale], 2.0 * scale, [-scale, scale]);
+        close(seen(&[(board.clone(), false), (higher, false), (own, false)]), open, 1e-6);
+        // What stands above the source or below the floor is not in the way.
+        let above = level(far, 2.1 * scale, far);
+        let below = level(far, -0.1 * scale, far);
+        close(seen(&[(above, false), (below, false)]), open + hidden, 1e-6);
+    }
+}
+
+#[test]
+fn a_tube_half_hidden_gives_what_its_other_half_gives() {
+    let tube = |from: f64, to: f64| Line { ends: [v(from, 2.0, 0.3), v(to, 2.0, 0.3)] };
+    let board = level([0.0, 50.0], 1.0, [-50.0, 50.0]);
+    let floor = Receiver { position: DVec3::ZERO, normal: DVec3::Y };
+    let seen =
+        lit(&floor_under(&[(board, false)], 1e-4, 1), lamp(tube(-1.0, 1.5)), Shadows::Analytic);
+    close(f64::from(seen[0]), f64::from(tube(-1.0, 0.0).irradiance(&floor).r), 1e-5);
+}
+
+/// Polygons in the air by chance.
+fn things(seed: u64, count: usize) -> Vec<(Vec<DVec3>, bool)> {
+    let mut random = Random::new(seed);
+    let mut all = Vec::new();
+    for i in 0..count {
+        let mut point = |spread: f64| {
+            v(random.between(-1.0, 1.0), random.between(-0.5, 0.5), random.between(-1.0, 1.0))
+                * spread
+        };
+        let middle = point(1.2) + v(0.0, 1.0, 0.0);
+        let corners: Vec<DVec3> = (0..3).map(|_| middle + point(0.5)).collect();
+        all.push((corners, i % 4 == 0));
+    }
+    all
+}
+
+#[test]
+fn cutting_agrees_with_very_many_rays() {
+    let corner = |x: f64, y: f64, z: f64| v(x, y + 2.2, z) * 0.6;
+    let points = [
+        corner(0.0, 1.0, 0.0),
+        corner(1.0, 0.0, 0.0),
+        corner(0.0, 0.0, 1.0),
+        corner(-1.0, 0.0, 0.0),
+        corner(0.0, 0.0, -1.0),
+        corner(0.0, -1.0, 0.0),
+    ];
+    let faces =
+        [[0, 2, 1], [0, 3, 2], [0, 4, 3], [0, 1, 4], [5, 1, 2], [5, 2, 3], [5, 3, 4], [5, 4, 1]];
+    let polygon = |face: &[usize; 3]| Polygon {
+        outline: face.iter().map(|i| points[*i]).collect(),
+        holes: Vec::new(),
+    };
+    let body = || Surface::of_body(faces.iter().map(polygon).collect()).unwrap();
+    let with_hole = || {
+        let mut outline = level([-1.0, 1.0], 2.0, [-1.0, 1.0]);
+        outline.reverse();
+        let hole = level([-0.5, 0.6], 2.0, [-0.4, 0.7]);
+        Surface::new(vec![Polygon { outline, holes: vec![hole] }], true).unwrap()
+    };
+    let image = floor_under(&things(5, 40), 3.0, 16);
+    let sources = [
+        ("body", lamp(body())),
+        ("panel", lamp(with_hole())),
+        ("tube", lamp(Line { ends: [v(-1.0, 2.0, 0.3), v(1.2, 1.8, -0.5)] })),
+    ];
+    for (name, lamp) in sources {
+        let exact = lit(&image, lamp.clone(), Shadows::Analytic);
+        let open = lit(&image, lamp.clone(), Shadows::Off);
+        // Rays are spread over the pixel too: by their own number they come nearer to the middle's value
+        // only as far as light is straight within a pixel.
+        let errors = [64, 1024].map(|rays| {
+            let rays = lit(&image, lamp.clone(), Shadows::Rays(rays));
+            let pairs = rays.iter().zip(&exact).zip(&open);
+            pairs.map(|((a, b), open)| f64::from((a - b) / open).powi(2)).sum::<f64>() / 256.0
+        });
+        let errors = errors.map(f64::sqrt);
+        assert!(errors[1] < 0.006 && errors[1] < errors[0] / 2.0, "{name}: {errors:?}");
+        assert!(exact.iter().zip(&open).any(|(a, b)| *a < 0.8 * b), "{name}: nothing is hidden");
+    }
+}
+
+#[test]
+fn clusters_apart_hide_what_they_hide_together() {
+    let things = things(9, 30);
+    let together = floor_under(&things, 2.0, 8);
+    let apart: Vec<SpanImage> = things.chunks(7).map(|part| floor_under(part, 2.0, 8)).collect();
+    // The label decides which scenes are one: their contents differ.
+    let apart = SpanImage::merge(&apart).unwrap();
+    let lamp = lamp(panel([-1.0, 1.0], 2.0, [-1.0, 1.0]));
+    let a = lit(&together, lamp.clone(), Shadows::Analytic);
+    let b = lit(&apart, lamp, Shadows::Analytic);
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a - b).abs() < 1e-5, "{a} {b}");
+    }
+}
