@@ -134,7 +134,7 @@ const LAYERS: [(&str, &[&str]); 22] = [
     ),
     ("shadow", &["camera", "fragment", "span", "trace"]),
     ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
-    ("shade", &["color", "error", "fragment", "key", "light", "math", "shadow", "trace"]),
+    ("shade", &["camera", "color", "error", "fragment", "key", "light", "math", "shadow", "trace"]),
     (
         "resolve",
         &[

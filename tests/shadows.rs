@@ -17,6 +17,7 @@ use spandrel_engine::scene::{
 };
 use spandrel_engine::shade::{Fog, Illuminate, Recolor, Shadows};
 use spandrel_engine::span::SpanImage;
+use spandrel_engine::trace::{Candidates, Reductions};
 use spandrel_engine::visible;
 use spandrel_tests::lights::no_fog;
 use spandrel_tests::lights::{illuminate, lamp, sun};
@@ -505,4 +506,83 @@ fn layers_of_lights_sum_to_the_picture() {
         assert!(parts[0].iter().any(|v| *v > 0.01) && parts[1].iter().any(|v| *v > 0.01));
     }
     assert_eq!(shown.float("R"), picture(&shaded).float("R"));
+}
+
+#[test]
+fn what_is_left_out_of_the_search_changes_no_shadow() {
+    // Closed boxes, one of them inside out and one mirrored, an open one, panes, and lights of both kinds: one
+    // far, one between the boxes, one within a box.
+    let mut mesh = boxes(4, 12, 1.0);
+    let mut add = |faces: &[usize], place: Transform, turned: bool| {
+        let part = Shape::Box { size: [0.3, 0.4, 0.2] }.mesh().unwrap();
+        let base = mesh.points.len() as u32;
+        mesh.points.extend(part.points.iter().map(|p| place.to_matrix().transform_point3(*p)));
+        for face in faces {
+            let mut ring: Vec<u32> = part.outline(*face).iter().map(|i| base + i).collect();
+            if turned {
+                ring.reverse();
+            }
+            mesh.add_polygon(&ring, None).unwrap();
+        }
+    };
+    add(
+        &[0, 1, 2, 3, 4],
+        Transform(vec![spandrel_engine::scene::Step::Move(0.6, 0.1, 0.2)]),
+        false,
+    );
+    let at = |x: f64, y: f64| Transform(vec![spandrel_engine::scene::Step::Move(x, y, -0.3)]);
+    let closed = |turned: bool, size: f64| {
+        let part = Shape::Box { size: [size, 0.3, 0.2] }.mesh().unwrap();
+        let mut made = Mesh::default();
+        made.points = part.points.clone();
+        for face in 0..part.face_count() {
+            let mut ring = part.outline(face).to_vec();
+            if turned {
+                ring.reverse();
+            }
+            made.add_polygon(&ring, None).unwrap();
+        }
+        made
+    };
+    let placed = |mesh: Mesh, place: Transform| Object {
+        transform: place,
+        ..Object::new("body", Shape::Faces(mesh))
+    };
+    let bodies =
+        [placed(closed(true, 0.2), at(-0.4, 0.2)), placed(closed(false, 0.4), at(0.1, 0.5))];
+    let parts: Vec<Arc<Scene>> = std::iter::once(scene("open", mesh))
+        .chain(
+            bodies
+                .into_iter()
+                .enumerate()
+                .map(|(i, body)| Arc::new(Scene::from_object(&format!("body {i}"), body).unwrap())),
+        )
+        .collect();
+    let view = side_view(2.0, 96, 72);
+    let lamps = || {
+        let sun = sun(v(-0.5, -0.8, -0.3), Color::grey(0.5));
+        [sun, point_lamp(v(0.05, 0.45, 0.1)), point_lamp(v(0.1, 0.6, -0.3))]
+    };
+    for lamp in lamps() {
+        let shown = |candidates: Candidates, contours: bool| {
+            let image = spans(&parts, &view, 4);
+            let less = Reductions { candidates, contours };
+            let light = illuminate(vec![lamp.clone()], Color::BLACK, Color::BLACK);
+            let light = Illuminate { shadows: Shadows::Volumes, less, ..light };
+            picture(&image.shaded(Arc::new(light)).unwrap())
+        };
+        let all = shown(Candidates::All, false);
+        let dark = picture(&lit(&spans(&parts, &view, 4), vec![lamp.clone()], Shadows::Off));
+        assert!(mean(&all) < 0.97 * mean(&dark), "{}: nothing is dark", lamp.name);
+        for candidates in
+            [Candidates::Shafts, Candidates::Clusters, Candidates::SixSpaces, Candidates::All]
+        {
+            for contours in [false, true] {
+                let less = shown(candidates, contours);
+                let pairs = red(&less).iter().zip(red(&all));
+                let greatest = pairs.map(|(a, b)| (a - b).abs() / b.max(1.0)).fold(0.0, f32::max);
+                assert!(greatest < 1e-5, "{} {candidates:?} {contours}: {greatest}", lamp.name);
+            }
+        }
+    }
 }

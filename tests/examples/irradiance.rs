@@ -12,6 +12,7 @@ use spandrel_engine::light::sky::SkyModel;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::scene::{Material, Mesh, Scene, SceneSurfaces, Shape, Step, Transform};
 use spandrel_engine::shade::{Illuminate, Shadows};
+use spandrel_engine::trace::Reductions;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::polygons;
 use std::fmt::Write;
@@ -72,7 +73,9 @@ impl Case<'_> {
         let member = Member { label, scene: key, surfaces, stack, is_beside: false };
         let world = World::new(vec![member]);
         let lamps = self.lights.iter().map(|light| light.lamp("light", folder).unwrap()).collect();
-        let shader = Illuminate { lamps, white: 1.0, shadows: Shadows::Rays(16384), samples: 4096 };
+        let shadows = Shadows::Rays(16384);
+        let less = Reductions::default();
+        let shader = Illuminate { lamps, white: 1.0, shadows, samples: 4096, less };
         let view = View::new(&Camera::default(), Raster::new(8, 8).unwrap()).unwrap();
         let mut fragments = Fragments::new(&view);
         for (i, (point, normal)) in self.points.iter().enumerate() {

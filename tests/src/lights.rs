@@ -5,6 +5,7 @@ use spandrel_engine::color::Color;
 use spandrel_engine::light::sky::Ambient;
 use spandrel_engine::light::{Lamp, Light, point};
 use spandrel_engine::shade::{Fog, FogLaw, Illuminate, Shadows};
+use spandrel_engine::trace::Reductions;
 use std::sync::Arc;
 
 /// Asserts that two numbers differ by no more than a share.
@@ -26,7 +27,13 @@ pub fn sun(direction: impl Into<DVec3>, color: Color) -> Lamp {
 /// Lamps, and light from above and below, without shadows.
 pub fn illuminate(mut lamps: Vec<Lamp>, above: Color, below: Color) -> Illuminate {
     lamps.push(Lamp::new("ambient", true, Color::WHITE, Arc::new(Ambient { above, below })));
-    Illuminate { lamps, white: 1.0, shadows: Shadows::Off, samples: 16 }
+    Illuminate {
+        lamps,
+        white: 1.0,
+        shadows: Shadows::Off,
+        samples: 16,
+        less: Reductions::default(),
+    }
 }
 
 /// Fog that is not there: to be changed.

@@ -35,7 +35,7 @@ use crate::camera::View;
 use crate::color::Color;
 use crate::error::Result;
 use crate::key::Key;
-use crate::trace::{Casters, Toward};
+use crate::trace::{Casters, Reductions, Toward};
 
 /// A batch of fragments of one source, as a structure of arrays. A column that nobody asked for is
 /// empty; all others have [`len`](Fragments::len) entries.
@@ -373,7 +373,7 @@ pub trait Batch {
 
     /// By fragment, how much of the area that it covers is lit by a source at one place: exact along lines.
     /// `None` if there are no lines around the fragments.
-    fn lit(&self, _from: Toward, _world: &World) -> Option<Vec<f32>> {
+    fn lit(&self, _casting: &Casting<'_>) -> Option<Vec<f32>> {
         None
     }
 
@@ -385,6 +385,17 @@ pub trait Batch {
     fn pieces(&self, _fragment: usize) -> Vec<Piece> {
         Vec::new()
     }
+}
+
+/// Light from one place, and what stands in its way.
+#[derive(Clone, Copy, Debug)]
+pub struct Casting<'a> {
+    /// Where it comes from.
+    pub from: Toward,
+    /// What casts shadows.
+    pub world: &'a World,
+    /// What is left out of the search.
+    pub less: Reductions,
 }
 
 /// A piece of a line that shows a face.

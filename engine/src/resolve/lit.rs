@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::rule::{Framing, Rule, Share, shares};
 use super::strip::left_of;
-use crate::fragment::{Kept, Piece, World};
+use crate::fragment::{Casting, Kept, Piece, World};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::shadow::{self, Dark, Patches};
@@ -64,14 +64,14 @@ impl<'a> Shadows<'a> {
     }
 
     /// By spot, the share of its face in its pixel that is lit.
-    pub(super) fn lit(&self, spots: &[Spot], from: Toward, world: &World) -> Vec<f32> {
-        let key = key(from, world);
+    pub(super) fn lit(&self, spots: &[Spot], casting: &Casting<'_>) -> Vec<f32> {
+        let key = key(casting.from, casting.world);
         let mut lit = Vec::with_capacity(spots.len());
         let mut known: Option<(u32, Arc<Row>)> = None;
         for spot in spots {
             let row = match known.take().filter(|(row, _)| *row == spot.row) {
                 Some(known) => known.1,
-                None => self.row(spot.row, key, from, world),
+                None => self.row(spot.row, key, casting),
             };
             lit.push(self.of(&row, spot));
             known = Some((spot.row, row));
@@ -190,7 +190,7 @@ impl<'a> Shadows<'a> {
         shares(self.rule, plan, self.framing, row, all.end)
     }
 
-    fn row(&self, row: u32, key: Key, from: Toward, world: &World) -> Arc<Row> {
+    fn row(&self, row: u32, key: Key, casting: &Casting<'_>) -> Arc<Row> {
         if let Some(known) = self.rows.borrow().get(&(key, row)) {
             return known.clone();
         }
@@ -202,7 +202,7 @@ impl<'a> Shadows<'a> {
             let Some(k) = share.line else { continue };
             let lines = match chunk.take().filter(|(at, _)| *at == k / per_chunk) {
                 Some((_, lines)) => lines,
-                None => self.chunk(k / per_chunk, key, from, world),
+                None => self.chunk(k / per_chunk, key, casting),
             };
             let range = self.image.lines().range();
             let first = (k / per_chunk * per_chunk).max(range.start);
@@ -218,7 +218,7 @@ impl<'a> Shadows<'a> {
     }
 
     /// The shadows of a chunk of lines, kept with the image.
-    fn chunk(&self, at: u32, key: Key, from: Toward, world: &World) -> Arc<shadow::Lines> {
+    fn chunk(&self, at: u32, key: Key, casting: &Casting<'_>) -> Arc<shadow::Lines> {
         let memo = self.image.memo();
         if let Some(known) = memo.get(key, at).and_then(|kept| kept.downcast().ok()) {
             return known;
@@ -226,14 +226,14 @@ impl<'a> Shadows<'a> {
         let per_chunk = CHUNK * self.image.plan().per_row;
         let range = self.image.lines().range();
         let lines = (at * per_chunk).max(range.start)..((at + 1) * per_chunk).min(range.end);
-        let of_world = patches_key(world);
+        let of_world = patches_key(casting.world);
         let known = memo.get(of_world, at).and_then(|kept| kept.downcast().ok());
         let patches: Arc<Patches> = known.unwrap_or_else(|| {
-            let patches = Arc::new(Patches::new(self.image, world, lines.clone()));
+            let patches = Arc::new(Patches::new(self.image, casting.world, lines.clone()));
             memo.put(of_world, at, patches.clone() as Kept, patches.bytes());
             patches
         });
-        let cast = Arc::new(shadow::cast(self.image, &patches, world, from, lines));
+        let cast = Arc::new(shadow::cast(self.image, &patches, casting, lines));
         let bytes = cast.iter().map(|line| size_of_val(&**line) + size_of_val(line)).sum();
         memo.put(key, at, cast.clone() as Kept, bytes);
         cast

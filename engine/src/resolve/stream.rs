@@ -16,12 +16,11 @@ use super::lit::{Shadows, Spot};
 use super::rule::{Framing, Rate, Rule};
 use super::select::Selected;
 use crate::camera::Plane;
-use crate::fragment::{Batch, Columns, Fragments, Kept, Layers, Piece, World, stack};
+use crate::fragment::{Batch, Casting, Columns, Fragments, Kept, Layers, Piece, stack};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
 use crate::span::{FaceId, Held, SpanImage};
-use crate::trace::Toward;
 
 /// Fragments shaded in one batch, about.
 const BATCH: usize = 4096;
@@ -145,8 +144,8 @@ impl Batch for Place<'_> {
         self.stream.image.memo().put(self.key_of(key), self.part, value, bytes);
     }
 
-    fn lit(&self, from: Toward, world: &World) -> Option<Vec<f32>> {
-        Some(self.stream.shadows.lit(&self.group.spots, from, world))
+    fn lit(&self, casting: &Casting<'_>) -> Option<Vec<f32>> {
+        Some(self.stream.shadows.lit(&self.group.spots, casting))
     }
 
     fn count(&self, what: &'static str, number: u64) {

@@ -12,6 +12,7 @@
 
 use glam::DVec3;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 use super::face::Face;
 use super::mesh::Mesh;
@@ -50,6 +51,7 @@ pub struct Geometry {
     /// Where each face's parts begin, and the end; absent where every face is one part.
     parts: Option<Vec<u32>>,
     faults: Faults,
+    body: OnceLock<i8>,
 }
 
 /// What had to be changed in a mesh to make it ready.
@@ -103,7 +105,7 @@ impl Geometry {
         let mut faults = Faults::default();
         let mesh = flat_and_affine(mesh, &mut faults)?;
         let (supports, support_of) = share_planes(&mesh);
-        let mut geometry = Geometry { mesh, supports, support_of, parts: None, faults };
+        let mut geometry = Geometry { mesh, supports, support_of, faults, ..Geometry::default() };
         if geometry.mesh.has_parts() {
             let mut first = 0;
             let counts =
@@ -154,6 +156,45 @@ impl Geometry {
         } else if let Some(face) = mesh.face(face) {
             triangles(mesh, &face).iter().for_each(|triangle| piece(triangle));
         }
+    }
+
+    /// Whether its faces close a body: every edge belongs to two that run it in opposite directions. 1 if
+    /// they look outwards, -1 if inwards, 0 if they close none.
+    pub fn body(&self) -> i8 {
+        *self.body.get_or_init(|| {
+            let mesh = &self.mesh;
+            let bits = |corner: u32| mesh.points[corner as usize].to_array().map(f64::to_bits);
+            let rings = |face| {
+                let holes = mesh.holes(face).iter().map(Vec::as_slice);
+                std::iter::once(mesh.outline(face)).chain(holes)
+            };
+            let mut edges: Vec<_> = (0..mesh.face_count())
+                .flat_map(rings)
+                .flat_map(|ring| {
+                    let next = ring.iter().cycle().skip(1);
+                    ring.iter().zip(next).map(|(a, b)| (bits(*a), bits(*b)))
+                })
+                .collect();
+            edges.sort_unstable();
+            let is_closed = edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
+                && edges.windows(2).all(|pair| pair[0] != pair[1]);
+            let Some(origin) = mesh.points.first().filter(|_| is_closed && !edges.is_empty())
+            else {
+                return 0;
+            };
+            let volume = |face: usize| -> f64 {
+                let volume_of = |corners: &[u32]| {
+                    let points =
+                        corners.iter().map(|corner| mesh.points[*corner as usize] - *origin);
+                    points.clone().next().unwrap_or_default().dot(area_vector(points))
+                };
+                let mut sum = 0.0;
+                self.pieces(face, |corners| sum += volume_of(corners));
+                sum
+            };
+            let volume: f64 = (0..mesh.face_count()).map(volume).sum();
+            if volume > 0.0 { 1 } else { -i8::from(volume < 0.0) }
+        })
     }
 
     /// Bytes held, about.

@@ -245,11 +245,28 @@ impl Scene {
             let mesh = geometry.mesh();
             let world = &instance.world_from_object;
             let base = builder.points(mesh.points.iter().map(|p| world.transform_point3(*p)));
-            for face in 0..mesh.face_count() {
-                let opacity = self.opacity(instance, face);
+            let opacities: Vec<f32> =
+                (0..mesh.face_count()).map(|face| self.opacity(instance, face)).collect();
+            let is_opaque = opacities.iter().all(|opacity| *opacity == 1.0);
+            let body = match geometry.body() {
+                turns if is_opaque && turns != 0 => {
+                    let points = mesh.points.iter().map(|p| world.transform_point3(*p));
+                    let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
+                    let number = builder.body(low, points.fold(DVec3::NEG_INFINITY, DVec3::max));
+                    let is_mirrored = world.matrix3.determinant() < 0.0;
+                    if is_mirrored == (turns > 0) { -number } else { number }
+                }
+                _ => 0,
+            };
+            for (face, opacity) in opacities.into_iter().enumerate() {
                 let number = instance.first_ordinal + geometry.first_part(face);
                 geometry.pieces(face, |corners| {
-                    builder.piece(number, opacity, corners.iter().map(|corner| base + corner));
+                    builder.piece(
+                        number,
+                        opacity,
+                        body,
+                        corners.iter().map(|corner| base + corner),
+                    );
                 });
             }
         }

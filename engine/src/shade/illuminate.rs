@@ -10,12 +10,12 @@ use super::pattern::{Pattern, Spread};
 use super::{clipped, gloss};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Columns, Finish, Fragments, Gloss, Kept, Layers, Shader, World,
+    Around, Batch, Casting, Columns, Finish, Fragments, Gloss, Kept, Layers, Shader, World,
 };
 use crate::key::KeyHasher;
 use crate::light::{Lamp, Light, Receiver, Sample};
 use crate::shadow;
-use crate::trace::{Casters, Ray, Toward};
+use crate::trace::{Casters, Ray, Reductions, Toward};
 
 /// Lights surfaces: colour times the light received, and what shines on them. Unlit surfaces stay as they
 /// are.
@@ -32,6 +32,8 @@ pub struct Illuminate {
     pub shadows: Shadows,
     /// Rays to a source that is not in one place.
     pub samples: u32,
+    /// What is left out of the search for shadow volumes.
+    pub less: Reductions,
 }
 
 /// How shadows are found: time for accuracy.
@@ -222,7 +224,7 @@ impl<'a> Lighting<'a> {
         let world = around.world.filter(|_| !light.is_everywhere());
         let exact = match (shader.shadows, light.toward(), world) {
             (Shadows::Volumes | Shadows::Analytic, Some(from), Some(world)) => {
-                around.batch.lit(from, world)
+                around.batch.lit(&Casting { from, world, less: shader.less })
             }
             _ => None,
         };

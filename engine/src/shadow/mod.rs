@@ -13,11 +13,12 @@
 
 use glam::DVec3;
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::camera::{Plane, View};
-use crate::fragment::{Columns, Fragments, Stage, Surfaces, World, stack};
+use crate::fragment::{Casting, Columns, Fragments, Stage, Surfaces, World, stack};
 use crate::span::{FaceId, SpanImage};
-use crate::trace::{Casters, Shaft, Toward};
+use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, spaces_of};
 
 /// The width of a patch in pixels. Narrower, there are more patches to look for; wider, each has more
 /// casters around it.
@@ -113,15 +114,29 @@ impl Patches {
 pub fn cast(
     image: &SpanImage,
     patches: &Patches,
-    world: &World,
-    from: Toward,
+    casting: &Casting<'_>,
     lines: Range<u32>,
 ) -> Lines {
-    let casters: Vec<(usize, &Casters)> = world.casters().collect();
+    let casters = casting.world.casters().map(|(member, casters)| {
+        let spaces = match (casting.less.candidates, casting.from) {
+            (Candidates::SixSpaces, Toward::Point(light)) => Some(casters.spaces(light)),
+            _ => None,
+        };
+        Caster { member, casters, spaces, of_cluster: Vec::new() }
+    });
+    let casters: Vec<Caster<'_>> = casters.collect();
     let mut dark: Lines = vec![Vec::new(); lines.len()];
-    let mut work = Work { image, world, casters, from, sides: Vec::new() };
-    for patch in patches.0.chunk_by(|a, b| (a.face, a.tile) == (b.face, b.tile)) {
-        work.patch(patch, lines.start, &mut dark);
+    let mut work = Work { image, casting, casters, sides: Vec::new() };
+    let source = |seen: &Seen| image.locate(seen.face).0;
+    for cluster in patches.0.chunk_by(|a, b| source(a) == source(b)) {
+        let patches = || cluster.chunk_by(|a, b| (a.face, a.tile) == (b.face, b.tile));
+        let made = || patches().filter_map(|spans| Patch::new(image, spans, casting.from));
+        if casting.less.candidates == Candidates::Clusters {
+            work.look_around(made());
+        }
+        for spans in patches() {
+            work.patch(spans, lines.start, &mut dark);
+        }
     }
     let half = 0.5 / f64::from(image.plan().per_row);
     for (k, line) in lines.zip(&mut dark) {
@@ -167,30 +182,58 @@ impl Dark {
 
 struct Work<'a> {
     image: &'a SpanImage,
-    world: &'a World,
-    casters: Vec<(usize, &'a Casters)>,
-    from: Toward,
+    casting: &'a Casting<'a>,
+    casters: Vec<Caster<'a>>,
     sides: Vec<Side>,
 }
 
+/// What casts of one member of the world.
+struct Caster<'a> {
+    member: usize,
+    casters: &'a Casters,
+    /// Its pieces around the light.
+    spaces: Option<Arc<Spaces>>,
+    /// Its pieces between the light and the cluster at hand.
+    of_cluster: Vec<u32>,
+}
+
 impl Work<'_> {
+    /// Finds what stands between the light and all patches of a cluster: around their ball.
+    fn look_around<'p>(&mut self, patches: impl Iterator<Item = Patch<'p>>) {
+        let corners: Vec<DVec3> =
+            patches.flat_map(|patch| patch.corners().unwrap_or_default()).collect();
+        let low = corners.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+        let high = corners.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+        let (centre, radius) = ((low + high) / 2.0, (high - low).length() / 2.0);
+        let shaft = shaft_of_ball(centre, radius, self.casting.from);
+        for Caster { casters, of_cluster, .. } in &mut self.casters {
+            of_cluster.clear();
+            casters.within(&shaft, |piece| of_cluster.push(piece as u32));
+        }
+    }
+
     /// Finds the shadows on a patch of a face.
     fn patch(&mut self, spans: &[Seen], first: u32, dark: &mut Lines) {
-        let Work { image, world, casters, from, sides } = self;
-        let Some(patch) = Patch::new(image, spans, *from) else { return };
+        let Work { image, casting, casters, sides } = self;
+        let Casting { from, world, less } = **casting;
+        let Some(patch) = Patch::new(image, spans, from) else { return };
         let shaft = patch.shaft();
-        for (member, casters) in casters.iter() {
+        for Caster { member, casters, spaces, of_cluster } in casters.iter() {
             let surfaces = &*world.members()[*member].surfaces;
-            casters.within(&shaft, |piece| {
+            let mut cast = |piece: usize| {
                 if casters.pieces()[piece].opacity == 0.0 {
                     return;
                 }
-                // All of it may be outside one plane of the shaft.
                 let corners = casters.corners(piece);
+                // All of it may be outside one plane of the shaft.
                 let is_outside = |(normal, offset): &(DVec3, f64)| {
                     corners.clone().all(|corner| normal.dot(corner) + offset < 0.0)
                 };
                 if shaft.planes.iter().any(is_outside) {
+                    return;
+                }
+                // What comes out of a closed body went into it.
+                if less.contours && casters.goes_in(piece, from) == Some(false) {
                     return;
                 }
                 sides.clear();
@@ -205,9 +248,50 @@ impl Work<'_> {
                     let (face, through) = (seen.face, 1.0 - opacity);
                     dark[(seen.k - first) as usize].push(Dark { face, start, end, through });
                 }
-            });
+            };
+            match (less.candidates, from) {
+                (Candidates::Shafts, _) => casters.within(&shaft, cast),
+                (Candidates::Clusters, _) => of_cluster.iter().for_each(|p| cast(*p as usize)),
+                (Candidates::SixSpaces, Toward::Point(light)) => {
+                    let Some((spaces, corners)) = spaces.as_ref().zip(patch.corners()) else {
+                        (0..casters.pieces().len()).for_each(cast);
+                        continue;
+                    };
+                    let mut pieces: Vec<u32> = spaces_of(corners.iter().map(|c| *c - light))
+                        .flat_map(|space| spaces[space].iter().copied())
+                        .collect();
+                    pieces.sort_unstable();
+                    pieces.dedup();
+                    pieces.into_iter().for_each(|piece| cast(piece as usize));
+                }
+                (Candidates::SixSpaces | Candidates::All, _) => {
+                    (0..casters.pieces().len()).for_each(cast);
+                }
+            }
         }
     }
+}
+
+/// The space between a ball and a light: planes that touch the ball.
+fn shaft_of_ball(centre: DVec3, radius: f64, from: Toward) -> Shaft {
+    let (way, reach) = from.from(centre);
+    let distance = way.length() * reach;
+    let Some(toward) = way.try_normalize().filter(|_| centre.is_finite()) else {
+        return Shaft::default();
+    };
+    // The sine of the angle that the ball takes, seen from the light.
+    let sine = if distance.is_finite() { radius / distance } else { 0.0 };
+    if sine >= 1.0 {
+        return Shaft::default();
+    }
+    let cosine = (1.0 - sine * sine).sqrt();
+    let (u, v) = toward.any_orthonormal_pair();
+    let mut planes = vec![(toward, radius - toward.dot(centre))];
+    for side in [u, -u, v, -v] {
+        let inward = side * cosine - toward * sine;
+        planes.push((inward, radius - inward.dot(centre)));
+    }
+    Shaft { planes }
 }
 
 /// A patch of a face that is turned to the light.
@@ -250,15 +334,9 @@ impl Patch<'_> {
 
     /// The space between it and the light.
     fn shaft(&self) -> Shaft {
-        let Patch { view, from, plane: (normal, point), moved, .. } = *self;
-        let x = self.x.map(|x| x - moved[0]);
-        let y = self.y.map(|y| y - moved[1]);
+        let Patch { from, plane: (normal, point), .. } = *self;
         let mut planes = vec![(normal, -normal.dot(point))];
-        let corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])];
-        let (least, most) = self.depth.range(x, y);
-        // Beyond the horizon of its plane a patch has no corners.
-        if view.is_parallel() || least > 1e-6 * most {
-            let at = corners.map(|(x, y)| view.world_point(x, y, self.depth.depth(x, y)));
+        if let Some(at) = self.corners() {
             let centre = at.iter().sum::<DVec3>() / 4.0;
             if let Toward::Point(light) = from {
                 let away = centre - light;
@@ -275,6 +353,17 @@ impl Patch<'_> {
             }
         }
         Shaft { planes }
+    }
+
+    /// Its corners in the world; beyond the horizon of its plane it has none.
+    fn corners(&self) -> Option<[DVec3; 4]> {
+        let x = self.x.map(|x| x - self.moved[0]);
+        let y = self.y.map(|y| y - self.moved[1]);
+        let corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])];
+        let (least, most) = self.depth.range(x, y);
+        let has_corners = self.view.is_parallel() || least > 1e-6 * most;
+        let point = |(x, y)| self.view.world_point(x, y, self.depth.depth(x, y));
+        has_corners.then(|| corners.map(point))
     }
 
     /// The sides of the volume that a piece casts, as seen along the face. False if it casts none on it.

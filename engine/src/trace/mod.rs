@@ -37,6 +37,9 @@ pub struct Piece {
     /// How much of the light that meets it is held back, in [0, 1]: 1 is opaque, 0 casts no shadow. NaN
     /// if that differs from place to place.
     pub opacity: f32,
+    /// If it is of an opaque closed body, the body's number from 1 on, negative if its faces look inwards; else
+    /// 0.
+    pub body: i32,
     first: u32,
     count: u32,
 }
@@ -47,9 +50,47 @@ pub struct Casters {
     points: Vec<DVec3>,
     corners: Vec<u32>,
     pieces: Vec<Piece>,
+    /// The least and the greatest corner of each closed body.
+    bodies: Vec<[DVec3; 2]>,
     tree: Option<Tree>,
     /// Grids that somebody asked for.
     grids: Mutex<Vec<(Voxels, Arc<Grid>)>>,
+    /// Pieces by the six spaces around points.
+    spaces: Mutex<Vec<(DVec3, Arc<Spaces>)>>,
+}
+
+/// Pieces by the six pyramids around a point that they reach into: -x, x, -y, y, -z, z.
+pub type Spaces = [Vec<u32>; 6];
+
+/// What is left out of the search for shadow volumes. What is dark is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Reductions {
+    /// Which faces are candidates for a patch of a visible face.
+    pub candidates: Candidates,
+    /// Of closed bodies, only faces that are turned to the light cast: \[D]'s contours, without their edges.
+    pub contours: bool,
+}
+
+impl Default for Reductions {
+    fn default() -> Reductions {
+        Reductions { candidates: Candidates::Shafts, contours: true }
+    }
+}
+
+/// Which faces are candidates for the shadow on a patch of a visible face.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum Candidates {
+    /// Those in the space between the patch and the light, by a tree.
+    #[default]
+    Shafts,
+    /// Those in the space between the light and all that is visible, in some rows, of the patch's cluster: \[N]'s
+    /// clusters.
+    Clusters,
+    /// Those in the pyramids around a point light, of six, that the patch lies in: \[D]'s six-space subdivision.
+    SixSpaces,
+    /// All.
+    All,
 }
 
 /// How the pieces that a ray meets are found. What is found is the same.
@@ -170,9 +211,21 @@ impl CastersBuilder {
         base
     }
 
+    /// Adds a closed body in a box; returns its number.
+    pub fn body(&mut self, low: DVec3, high: DVec3) -> i32 {
+        self.0.bodies.push([low, high]);
+        self.0.bodies.len() as i32
+    }
+
     /// Adds a convex piece of a face by the numbers of its corners. Pieces that are not finite are left
     /// out.
-    pub fn piece(&mut self, face: u32, opacity: f32, corners: impl Iterator<Item = u32>) {
+    pub fn piece(
+        &mut self,
+        face: u32,
+        opacity: f32,
+        body: i32,
+        corners: impl Iterator<Item = u32>,
+    ) {
         let first = self.0.corners.len();
         self.0.corners.extend(corners);
         let count = self.0.corners.len() - first;
@@ -182,7 +235,7 @@ impl CastersBuilder {
             return;
         }
         let (first, count) = (first as u32, count as u32);
-        self.0.pieces.push(Piece { face, opacity, first, count });
+        self.0.pieces.push(Piece { face, opacity, body, first, count });
     }
 
     /// All pieces, with a tree over them.
@@ -248,6 +301,20 @@ fn cut(low: DVec3, high: DVec3, ray: &Ray, within: Range<f64>) -> Option<Range<f
         to = to.min(a.max(b));
     }
     (from <= to).then_some(from..to)
+}
+
+/// The six spaces that the convex hull of points around the origin reaches into, or more.
+pub fn spaces_of(points: impl Iterator<Item = DVec3> + Clone) -> impl Iterator<Item = usize> {
+    let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
+    let high = points.fold(DVec3::NEG_INFINITY, DVec3::max);
+    (0..6).filter(move |space| {
+        // Farthest along the axis, and nearest to it across: a box of the pyramid.
+        let (axis, is_up) = (space / 2, space % 2 == 1);
+        let far = if is_up { high[axis] } else { -low[axis] };
+        let across = [(axis + 1) % 3, (axis + 2) % 3];
+        let near = across.map(|a| if low[a] > 0.0 { low[a] } else { (-high[a]).max(0.0) });
+        far >= 0.0 && near.iter().all(|near| *near <= far)
+    })
 }
 
 /// Finds the pieces of a scene that rays meet.
@@ -367,6 +434,39 @@ impl Casters {
         grid
     }
 
+    /// Whether light from one place goes into a piece's closed body at the piece, so that what comes out of the
+    /// body elsewhere casts no other shadow: `Some(false)` where it comes out. `None` if the piece is of no
+    /// body, or the light may be within it.
+    pub fn goes_in(&self, piece: usize, from: Toward) -> Option<bool> {
+        let number = self.pieces[piece].body;
+        let [low, high] = self.bodies.get((number.unsigned_abs() as usize).checked_sub(1)?)?;
+        if let Toward::Point(light) = from
+            && light.cmpge(*low).all()
+            && light.cmple(*high).all()
+        {
+            return None;
+        }
+        let toward = from.from(self.corners(piece).next()?).0;
+        Some(self.normal(piece).dot(toward) * f64::from(number.signum()) > 0.0)
+    }
+
+    /// The pieces by the six spaces around a point, made when they are asked for first.
+    pub fn spaces(&self, around: DVec3) -> Arc<Spaces> {
+        let mut known = self.spaces.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, spaces)) = known.iter().find(|(point, _)| *point == around) {
+            return spaces.clone();
+        }
+        let mut spaces = Spaces::default();
+        for piece in 0..self.pieces.len() {
+            for space in spaces_of(self.corners(piece).map(|corner| corner - around)) {
+                spaces[space].push(piece as u32);
+            }
+        }
+        let spaces = Arc::new(spaces);
+        known.push((around, spaces.clone()));
+        spaces
+    }
+
     /// Bytes that an accelerator takes beside the pieces.
     pub fn accelerator_bytes(&self, by: &Accelerator) -> usize {
         match by {
@@ -457,8 +557,8 @@ mod tests {
         for i in 0..rings {
             for j in 0..columns {
                 let quad = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
-                builder.piece(i * columns + j, 1.0, [quad[0], quad[1], quad[2]].into_iter());
-                builder.piece(i * columns + j, 1.0, [quad[0], quad[2], quad[3]].into_iter());
+                builder.piece(i * columns + j, 1.0, 0, [quad[0], quad[1], quad[2]].into_iter());
+                builder.piece(i * columns + j, 1.0, 0, [quad[0], quad[2], quad[3]].into_iter());
             }
         }
         builder.finish()

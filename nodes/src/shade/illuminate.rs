@@ -8,6 +8,7 @@ use spandrel_engine::light::Lamp;
 use spandrel_engine::light::sky::Ambient;
 use spandrel_engine::shade::{self, Shadows};
 use spandrel_engine::span::SpanImage;
+use spandrel_engine::trace::Reductions;
 use spandrel_engine::values::{Lamps, Lines};
 use std::sync::Arc;
 
@@ -40,6 +41,10 @@ pub struct Illuminate {
     /// gloss.
     #[schemars(range(min = 1, max = 4096))]
     pub samples: u32,
+    /// What the search for shadow volumes leaves out; the picture is the same. `candidates`: `Shafts`, by a tree
+    /// for every patch of a face; `Clusters`, \[N]'s; `SixSpaces`, \[D]'s, around point lights; `All`, none.
+    /// `contours`: of closed bodies only faces that are turned to the light cast.
+    pub less: Reductions,
 }
 
 impl Default for Illuminate {
@@ -52,6 +57,7 @@ impl Default for Illuminate {
             white: 1.0,
             shadows: None,
             samples: 16,
+            less: Reductions::default(),
         }
     }
 }
@@ -103,7 +109,13 @@ impl Node for Illuminate {
         });
         let ambient = Ambient { above, below: self.ground.unwrap_or(above) };
         lamps.push(Lamp::new("own.ambient", true, Color::grey(self.white), Arc::new(ambient)));
-        let shader = shade::Illuminate { lamps, white: self.white, shadows, samples: self.samples };
+        let shader = shade::Illuminate {
+            lamps,
+            white: self.white,
+            shadows,
+            samples: self.samples,
+            less: self.less,
+        };
         let lit = image.shaded(Arc::new(shader))?;
         if shadows != Shadows::Off {
             lit.check_worlds()?;
