@@ -110,7 +110,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 22] = [
+const LAYERS: [(&str, &[&str]); 23] = [
     ("error", &[]),
     ("math", &[]),
     ("key", &[]),
@@ -121,9 +121,13 @@ const LAYERS: [(&str, &[&str]); 22] = [
     ("camera", &["error", "math", "raster"]),
     ("image", &["error", "color", "output"]),
     ("polygon", &[]),
+    ("packed", &["color"]),
     ("trace", &["math", "polygon"]),
     ("fragment", &["camera", "color", "error", "key", "trace"]),
-    ("light", &["color", "error", "fragment", "key", "math", "polygon", "trace"]),
+    (
+        "light",
+        &["color", "error", "fragment", "image", "key", "math", "packed", "polygon", "trace"],
+    ),
     ("span", &["camera", "color", "error", "fragment", "key", "math", "raster"]),
     (
         "scene",
@@ -134,7 +138,13 @@ const LAYERS: [(&str, &[&str]); 22] = [
     ),
     ("shadow", &["camera", "fragment", "span", "trace"]),
     ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
-    ("shade", &["camera", "color", "error", "fragment", "key", "light", "math", "shadow", "trace"]),
+    (
+        "shade",
+        &[
+            "camera", "color", "error", "fragment", "key", "light", "math", "packed", "shadow",
+            "trace",
+        ],
+    ),
     (
         "resolve",
         &[

@@ -45,6 +45,7 @@ pub mod key;
 pub mod light;
 pub mod math;
 pub mod output;
+pub mod packed;
 pub mod polygon;
 pub mod raster;
 pub mod resolve;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Image, exr, png};
+use super::{Image, exr, hdr, png};
 use crate::error::{Error, Result};
 use crate::output;
 
@@ -13,6 +13,8 @@ pub enum Format {
     Png,
     /// `.exr`: half or float, scene-linear.
     Exr,
+    /// `.hdr`: Radiance's, scene-linear; read only.
+    Hdr,
 }
 
 impl Format {
@@ -25,9 +27,10 @@ impl Format {
         match extension.to_ascii_lowercase().as_str() {
             "png" => Ok(Format::Png),
             "exr" => Ok(Format::Exr),
+            "hdr" => Ok(Format::Hdr),
             other => Err(Error::in_file(
                 path,
-                format!("\".{other}\" is no picture format: use .png or .exr"),
+                format!("\".{other}\" is no picture format: use .png or .exr, or .hdr for reading"),
             )),
         }
     }
@@ -40,6 +43,7 @@ impl Format {
         let known = match self {
             Format::Png => [8, 16],
             Format::Exr => [16, 32],
+            Format::Hdr => return Err(Error::invalid("HDR is only read here: write .exr")),
         };
         match asked {
             None => Ok(known[0]),
@@ -58,14 +62,14 @@ impl Format {
 /// If the format is not known, does not have the bits, or the file cannot be written.
 pub fn write(image: &Image, path: &Path, bits: Option<u32>) -> Result<u64> {
     let format = Format::of(path)?;
-    let bits = format.bits(bits)?;
+    let bits = format.bits(bits).map_err(|e| Error::output(path, e))?;
     output::write(path, |out| match format {
         Format::Png => png::write(image, bits, path, out),
-        Format::Exr => exr::write(image, bits == 16, path, out),
+        Format::Exr | Format::Hdr => exr::write(image, bits == 16, path, out),
     })
 }
 
-/// Reads a picture: PNG as scene-linear colour with associated alpha, EXR as it is.
+/// Reads a picture: PNG as scene-linear colour with associated alpha, EXR and HDR as they are.
 ///
 /// # Errors
 /// If the file cannot be read, is damaged, or is of another format.
@@ -73,5 +77,6 @@ pub fn read(path: &Path) -> Result<Image> {
     match Format::of(path)? {
         Format::Png => png::read(path),
         Format::Exr => exr::read(path),
+        Format::Hdr => hdr::read(path),
     }
 }

@@ -5,6 +5,7 @@
 
 mod exr;
 pub mod file;
+mod hdr;
 mod png;
 
 use std::collections::BTreeMap;

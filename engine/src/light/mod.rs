@@ -14,11 +14,13 @@
 //! | [`PointLight`](list::PointLight), [`SpotLight`](list::SpotLight) | cosine over distance squared, times the lamp's [distribution](photometry) |
 //! | [`LinearLight`](list::LinearLight) | closed form along the segment |
 //! | [`AreaLight`](list::AreaLight), [`PolyhedralLight`](list::PolyhedralLight) | Lambert's formula, cut at the horizon |
-//! | [`SkyLight`](list::SkyLight) | closed form if uniform, else a table over normals |
+//! | [`SkyLight`](list::SkyLight) | closed form if uniform, else a table over normals; a [picture](panorama), by a table |
 //! | [`AmbientLight`](list::AmbientLight) | two half-spaces |
 
 pub mod line;
 pub mod list;
+mod normals;
+pub mod panorama;
 pub mod photometry;
 pub mod point;
 pub mod polygon;

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::OnceLock;
 
+use super::normals::ByNormal;
 use super::{Light, Receiver, Sample};
 use crate::color::Color;
 use crate::error::{Error, Result};
@@ -16,9 +17,6 @@ use crate::trace::Toward;
 /// Rows and columns of equal solid angle into which the dome is divided to be summed.
 const ROWS: usize = 48;
 const COLUMNS: usize = 192;
-
-/// The side of the table of irradiance over normals; odd, so that it has the axes' own.
-const SIDE: usize = 65;
 
 /// How the luminance of the sky is spread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -57,7 +55,7 @@ struct Tables {
     /// What an open plane receives of the clear sky, in the model's units.
     clear: f64,
     /// By normal, the irradiance with nothing in the way, if it is not in closed form.
-    irradiance: Vec<f32>,
+    irradiance: Option<ByNormal<[f32; 1]>>,
 }
 
 impl Sky {
@@ -128,20 +126,14 @@ impl Sky {
                 }
             }
             let scale = 1.0 / horizontal;
-            let irradiance = if self.is_uniform() {
-                Vec::new()
-            } else {
+            let irradiance = (!self.is_uniform()).then(|| {
                 let dome: Vec<(DVec3, f64)> =
                     (0..cells).map(|i| (place(i, DVec2::splat(0.5)), upper[i] * scale)).collect();
-                (0..SIDE * SIDE)
-                    .map(|i| {
-                        let at = |i: usize| i as f64 / (SIDE - 1) as f64 * 2.0 - 1.0;
-                        let normal = unfold(DVec2::new(at(i % SIDE), at(i / SIDE)));
-                        let received = dome.iter().map(|(d, l)| d.dot(normal).max(0.0) * l);
-                        received.sum::<f64>() as f32
-                    })
-                    .collect()
-            };
+                ByNormal::new(|normal| {
+                    let received = dome.iter().map(|(d, l)| d.dot(normal).max(0.0) * l);
+                    [received.sum::<f64>() as f32]
+                })
+            });
             Tables { scale, clear, irradiance }
         })
     }
@@ -153,25 +145,6 @@ fn place(at: usize, within: DVec2) -> DVec3 {
     let round = ((at % COLUMNS) as f64 + within.x) / COLUMNS as f64 * TAU;
     let r = (1.0 - y * y).max(0.0).sqrt();
     DVec3::new(r * math::cos(round), y, r * math::sin(round))
-}
-
-/// The unit vector at a place of the square of octahedral coordinates, in [-1, 1].
-fn unfold(p: DVec2) -> DVec3 {
-    let y = 1.0 - p.x.abs() - p.y.abs();
-    let fold = (-y).max(0.0);
-    let away = |v: f64| if v >= 0.0 { v - fold } else { v + fold };
-    DVec3::new(away(p.x), y, away(p.y)).normalize_or_zero()
-}
-
-/// The place of a unit vector in the square.
-fn fold(n: DVec3) -> DVec2 {
-    let sum = n.x.abs() + n.y.abs() + n.z.abs();
-    let p = DVec2::new(n.x, n.z) / sum;
-    if n.y >= 0.0 {
-        return p;
-    }
-    let over = DVec2::ONE - DVec2::new(p.y, p.x).abs();
-    DVec2::new(over.x.copysign(p.x), over.y.copysign(p.y))
 }
 
 /// The luminance of a model above the horizon, in its own units.
@@ -267,16 +240,9 @@ impl Light for Sky {
     fn irradiance(&self, at: &Receiver) -> Color {
         let up = at.normal.y.clamp(-1.0, 1.0);
         let below = self.ground * (1.0 - up) / 2.0;
-        let above = if self.is_uniform() {
-            (1.0 + up) / 2.0
-        } else {
-            let table = &self.tables().irradiance;
-            let p = (fold(at.normal) + 1.0) / 2.0 * (SIDE - 1) as f64;
-            let (x, y) = ((p.x as usize).min(SIDE - 2), (p.y as usize).min(SIDE - 2));
-            let (u, v) = (p.x - x as f64, p.y - y as f64);
-            let at = |x: usize, y: usize| f64::from(table[y * SIDE + x]);
-            (at(x, y) * (1.0 - u) + at(x + 1, y) * u) * (1.0 - v)
-                + (at(x, y + 1) * (1.0 - u) + at(x + 1, y + 1) * u) * v
+        let above = match &self.tables().irradiance {
+            None => (1.0 + up) / 2.0,
+            Some(table) => f64::from(table.at(at.normal)[0]),
         };
         Color::grey((above + below) as f32)
     }

@@ -1,19 +1,14 @@
 //! Colours from a flat picture: what was made of a picture by other means goes back onto its surfaces.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD as BASE64;
-use flate2::Compression;
-use flate2::read::ZlibDecoder;
-use flate2::write::ZlibEncoder;
 use serde::de::Error as _;
 use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::io::{Read, Write};
 use std::sync::Arc;
 
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
+use crate::packed;
 
 /// Gives surfaces the colour that a picture has where they are seen: the pixel's own, so that a picture of
 /// the same size comes out again wherever its alpha is what the surfaces cover. Depth and coverage stay.
@@ -123,11 +118,7 @@ struct Saved {
 
 impl Serialize for PictureColors {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut packer = ZlibEncoder::new(Vec::new(), Compression::fast());
-        let floats = self.colors.iter().flat_map(|color| color.to_array());
-        let bytes: Vec<u8> = floats.flat_map(f32::to_le_bytes).collect();
-        let packed = packer.write_all(&bytes).and_then(|()| packer.finish());
-        let colors = BASE64.encode(packed.map_err(S::Error::custom)?);
+        let colors = packed::pack(&self.colors).map_err(S::Error::custom)?;
         Saved { frame: self.frame, colors }.serialize(serializer)
     }
 }
@@ -136,17 +127,8 @@ impl<'de> Deserialize<'de> for PictureColors {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<PictureColors, D::Error> {
         let Saved { frame, colors } = Saved::deserialize(deserializer)?;
         let count = frame.count().ok_or_else(|| D::Error::custom("a picture without pixels"))?;
-        let packed = BASE64.decode(colors).map_err(D::Error::custom)?;
-        let mut bytes = Vec::new();
-        let mut unpacker =
-            ZlibDecoder::new(&packed[..]).take(count.saturating_mul(12).saturating_add(1));
-        unpacker.read_to_end(&mut bytes).map_err(D::Error::custom)?;
-        if bytes.len() as u64 != count.saturating_mul(12) {
-            return Err(D::Error::custom("a picture does not have the pixels that it says"));
-        }
-        let float = |bytes: &[u8]| f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
-        let color = |bytes: &[u8]| Color::new(float(bytes), float(&bytes[4..]), float(&bytes[8..]));
-        Ok(PictureColors { frame, colors: bytes.chunks_exact(12).map(color).collect() })
+        let colors = packed::unpack(&colors, count).map_err(D::Error::custom)?;
+        Ok(PictureColors { frame, colors: colors.into() })
     }
 }
 

@@ -5,9 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-use super::{Fault, MakeLamp, Result, check_color, lamp, strength, unit};
+use super::{Fault, LampFile, MakeLamp, Result, check_color, lamp, strength, unit};
 use crate::color::Color;
 use crate::light::Lamp;
+use crate::light::panorama::Panorama;
 use crate::light::point::Parallel;
 use crate::light::sky::{Ambient, Sky, SkyModel};
 use crate::light::sun::{self, Moment};
@@ -122,6 +123,11 @@ pub struct SkyLight {
     /// How its luminance is spread: `Uniform`, `Overcast`, `Intermediate`, `Clear`, `General(1)` to
     /// `General(15)` (the types of CIE S 011, ISO 15469), or `Blend(0.3)` from clear, 0, to overcast, 1.
     pub model: SkyModel,
+    /// Instead of a model, a panorama of all directions (.hdr, .exr, .png), twice as wide as high, its top the
+    /// zenith, its middle towards -z; the sun and the ground are then the picture's own.
+    pub picture: Option<LampFile>,
+    /// Turns the picture, in degrees clockwise seen from above.
+    pub turn: f64,
     /// Illuminance that it gives to an open horizontal plane, in lux.
     #[schemars(range(min = 0.0))]
     pub illuminance: f64,
@@ -144,6 +150,8 @@ impl Default for SkyLight {
     fn default() -> SkyLight {
         SkyLight {
             model: SkyModel::Overcast,
+            picture: None,
+            turn: 0.0,
             illuminance: 1.0,
             sun: DVec3::new(1.0, 2.0, 1.0),
             ground: 0.0,
@@ -155,7 +163,20 @@ impl Default for SkyLight {
 }
 
 impl MakeLamp for SkyLight {
-    fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
+    fn check(&self) -> Result<()> {
+        SkyLight { picture: None, ..self.clone() }.lamp("", Path::new("")).map(drop)
+    }
+
+    fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
+        if !self.turn.is_finite() {
+            return Err(Fault::new("turn", "must be finite"));
+        }
+        if let Some(LampFile(file)) = &self.picture {
+            let panorama = Panorama::read(&directory.join(file), self.turn.to_radians());
+            let panorama = panorama.map_err(|error| Fault { field: "picture", error })?;
+            let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
+            return Ok(lamp(name, self.on, strength, panorama));
+        }
         let sun = unit("sun", self.sun)?;
         let sky = Sky::new(self.model, sun, self.ground).map_err(|e| {
             let needs_sun = !matches!(self.model, SkyModel::Uniform | SkyModel::Overcast);

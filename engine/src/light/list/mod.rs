@@ -113,7 +113,7 @@ impl MakeLamp for Entry {
     }
 }
 
-/// A file of photometry; relative to the graph's or the scene's file.
+/// A file that a light is made from; relative to the graph's or the scene's file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct LampFile(pub String);

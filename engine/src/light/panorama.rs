@@ -1,0 +1,247 @@
+//! Light from a picture of everything around: an equirectangular panorama of high dynamic range.
+
+use glam::{DVec2, DVec3};
+use serde::de::Error as _;
+use serde::ser::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use super::normals::ByNormal;
+use super::{Light, Receiver, Sample};
+use crate::color::Color;
+use crate::error::{Error, Result};
+use crate::image::file;
+use crate::math;
+use crate::packed;
+use crate::trace::Toward;
+
+/// The greatest height of a panorama that is kept; larger ones are reduced by whole factors.
+const MOST_ROWS: u32 = 512;
+
+/// Rows of the coarser panorama of which irradiance is summed.
+const COARSE: usize = 64;
+
+/// A panorama, of which an open horizontal plane receives 1 lux. Its middle lies towards -z, its top is the
+/// zenith.
+#[derive(Clone, Debug)]
+pub struct Panorama {
+    /// Columns; half as many rows.
+    width: u32,
+    /// Luminance in cd/m2, row by row.
+    colors: Arc<[Color]>,
+    /// By how much it is turned clockwise, seen from above, in radians.
+    turn: f64,
+    tables: OnceLock<Tables>,
+}
+
+#[derive(Clone, Debug)]
+struct Tables {
+    /// By row, the light of it and all rows above; by pixel, of it and those left of it in its row.
+    rows: Vec<f64>,
+    columns: Vec<f64>,
+    irradiance: ByNormal<[f32; 3]>,
+}
+
+impl Panorama {
+    /// Reads a panorama and turns it by an angle in radians.
+    ///
+    /// # Errors
+    /// If it cannot be read, is not twice as wide as high, or nothing of its upper half shines.
+    pub fn read(path: &Path, turn: f64) -> Result<Panorama> {
+        let picture = file::read(path)?;
+        let fault = |what: String| Error::in_file(path, what);
+        let (width, height) = picture.size;
+        if width != 2 * height || picture.window.area() != width as usize * height as usize {
+            return Err(fault(format!(
+                "{width} by {height} pixels: a panorama of all directions is twice as wide as high"
+            )));
+        }
+        let pixels: Vec<[f32; 4]> = picture.pixels().collect();
+        let is_finite = |[r, g, b, _]: &[f32; 4]| [r, g, b].iter().all(|v| v.is_finite());
+        if let Some(at) = pixels.iter().position(|pixel| !is_finite(pixel)) {
+            let (x, y) = (at as u32 % width, at as u32 / width);
+            return Err(fault(format!("pixel {x}, {y} is not a finite number")));
+        }
+        // What is left over at the right and the bottom, fewer than `by` pixels, is not seen.
+        let by = height.div_ceil(MOST_ROWS).max(1);
+        let rows = height / by;
+        let mean = |at: u32| {
+            let (left, top) = (at % (2 * rows) * by, at / (2 * rows) * by);
+            let parts = (0..by * by).map(|i| {
+                let [r, g, b, _] = pixels[((top + i / by) * width + left + i % by) as usize];
+                // Colours that no display shows have parts below 0; no light has.
+                Color::new(r.max(0.0), g.max(0.0), b.max(0.0))
+            });
+            parts.fold(Color::BLACK, |sum, part| sum + part) * (1.0 / (by * by) as f32)
+        };
+        let colors: Vec<Color> = (0..2 * rows * rows).map(mean).collect();
+        let made =
+            Panorama { width: 2 * rows, colors: colors.into(), turn, tables: OnceLock::new() };
+        let open = made.horizontal();
+        if !(open > 0.0 && open.is_finite()) {
+            return Err(fault("nothing of its upper half shines".to_owned()));
+        }
+        let colors = made.colors.iter().map(|color| *color * (1.0 / open) as f32).collect();
+        Ok(Panorama { colors, ..made })
+    }
+
+    fn rows(&self) -> usize {
+        self.width as usize / 2
+    }
+
+    /// The solid angle of a pixel of a row.
+    fn solid(&self, row: usize) -> f64 {
+        let edge = |row: usize| math::cos(PI * row as f64 / self.rows() as f64);
+        (edge(row) - edge(row + 1)) * TAU / f64::from(self.width)
+    }
+
+    /// The direction of a place, in pixels.
+    fn direction(&self, x: f64, y: f64) -> DVec3 {
+        let round = (x / f64::from(self.width) - 0.5) * TAU + self.turn;
+        let down = PI * y / self.rows() as f64;
+        let across = math::sin(down);
+        DVec3::new(math::sin(round) * across, math::cos(down), -math::cos(round) * across)
+    }
+
+    /// The place of a direction, in pixels.
+    fn place(&self, direction: DVec3) -> (f64, f64) {
+        let round = math::atan2(direction.x, -direction.z) - self.turn;
+        let x = (round / TAU + 0.5).rem_euclid(1.0) * f64::from(self.width);
+        (x, math::acos(direction.y.clamp(-1.0, 1.0)) / PI * self.rows() as f64)
+    }
+
+    /// What an open plane receives, as the mean of the colours.
+    fn horizontal(&self) -> f64 {
+        let width = self.width as usize;
+        let row = |y: usize| {
+            let up = math::cos(PI * (y as f64 + 0.5) / self.rows() as f64);
+            let light: f64 = self.colors[y * width..][..width].iter().map(|c| grey(*c)).sum();
+            light * up * self.solid(y)
+        };
+        (0..self.rows().div_ceil(2)).map(row).sum()
+    }
+
+    fn tables(&self) -> &Tables {
+        self.tables.get_or_init(|| {
+            let (width, height) = (self.width as usize, self.rows());
+            let (mut rows, mut columns) = (Vec::new(), Vec::new());
+            let mut all = 0.0;
+            for y in 0..height {
+                let solid = self.solid(y);
+                let mut sum = 0.0;
+                for color in &self.colors[y * width..][..width] {
+                    sum += grey(*color) * solid;
+                    columns.push(sum);
+                }
+                all += sum;
+                rows.push(all);
+            }
+            // By coarse cell its light, in the direction that is its middle.
+            let by = height.div_ceil(COARSE);
+            let mut cells = vec![(DVec3::ZERO, Color::BLACK); COARSE * 2 * COARSE];
+            for (at, color) in self.colors.iter().enumerate() {
+                let (x, y) = (at % width, at / width);
+                let light = *color * self.solid(y) as f32;
+                let cell = &mut cells[(y / by) * 2 * COARSE + x / by];
+                let direction = self.direction(x as f64 + 0.5, y as f64 + 0.5);
+                cell.0 += direction * grey(light);
+                cell.1 = cell.1 + light;
+            }
+            let cells: Vec<(DVec3, Color)> = cells
+                .into_iter()
+                .filter_map(|(toward, light)| Some((toward.try_normalize()?, light)))
+                .collect();
+            let irradiance = ByNormal::new(|normal| {
+                let parts = cells.iter().map(|(d, light)| *light * d.dot(normal).max(0.0) as f32);
+                parts.fold(Color::BLACK, |sum, part| sum + part).to_array()
+            });
+            Tables { rows, columns, irradiance }
+        })
+    }
+}
+
+fn grey(color: Color) -> f64 {
+    f64::from(color.r + color.g + color.b) / 3.0
+}
+
+#[typetag::serde(name = "Panorama")]
+impl Light for Panorama {
+    fn toward(&self) -> Option<Toward> {
+        None
+    }
+
+    fn irradiance(&self, at: &Receiver) -> Color {
+        let [r, g, b] = self.tables().irradiance.at(at.normal);
+        Color::new(r, g, b)
+    }
+
+    fn is_mirrored(&self) -> bool {
+        false
+    }
+
+    fn luminance(&self, direction: DVec3) -> Option<Color> {
+        let (x, y) = self.place(direction);
+        let (width, rows) = (self.width as usize, self.rows());
+        let (x, y) = ((x - 0.5).rem_euclid(width as f64), (y - 0.5).clamp(0.0, rows as f64 - 1.0));
+        let (left, top) = (x as usize % width, y as usize);
+        let at = |x: usize, y: usize| self.colors[y.min(rows - 1) * width + x % width];
+        let (u, v) = (x.fract() as f32, y.fract() as f32);
+        let upper = at(left, top).mix(at(left + 1, top), u);
+        Some(upper.mix(at(left, top + 1).mix(at(left + 1, top + 1), u), v))
+    }
+
+    fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
+        // As bright pixels as often as they are bright.
+        let Tables { rows, columns, .. } = self.tables();
+        let width = self.width as usize;
+        let all = rows[rows.len() - 1];
+        let y = rows.partition_point(|sum| *sum <= choice.y * all).min(rows.len() - 1);
+        let of_row = &columns[y * width..][..width];
+        let wanted = choice.x * of_row[width - 1];
+        let x = of_row.partition_point(|sum| *sum <= wanted).min(width - 1);
+        // Where in the pixel: what is left of both numbers.
+        let within = |sums: &[f64], at: usize, wanted: f64| {
+            let before = if at == 0 { 0.0 } else { sums[at - 1] };
+            ((wanted - before) / (sums[at] - before)).clamp(0.0, 1.0)
+        };
+        let u = within(of_row, x, wanted);
+        let v = within(rows, y, choice.y * all);
+        let direction = self.direction(x as f64 + u, y as f64 + v);
+        let color = self.colors[y * width + x];
+        // Its share of the light is its light over all: their quotient is the same for all pixels.
+        let cosine = at.normal.dot(direction).max(0.0);
+        let lux = if grey(color) > 0.0 { cosine * all / grey(color) } else { 0.0 };
+        Sample { toward: Toward::Direction(direction), irradiance: color * lux as f32 }
+    }
+}
+
+/// How it is saved.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    width: u32,
+    turn: f64,
+    colors: String,
+}
+
+impl Serialize for Panorama {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        let colors = packed::pack(&self.colors).map_err(S::Error::custom)?;
+        Saved { width: self.width, turn: self.turn, colors }.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Panorama {
+    fn deserialize<D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> std::result::Result<Panorama, D::Error> {
+        let Saved { width, turn, colors } = Saved::deserialize(deserializer)?;
+        if width == 0 || width % 2 == 1 || width > 4 * MOST_ROWS || !turn.is_finite() {
+            return Err(D::Error::custom(format!("a panorama {width} wide, turned by {turn}")));
+        }
+        let count = u64::from(width) * u64::from(width / 2);
+        let colors = packed::unpack(&colors, count).map_err(D::Error::custom)?;
+        Ok(Panorama { width, colors: colors.into(), turn, tables: OnceLock::new() })
+    }
+}

@@ -1,0 +1,161 @@
+//! Light from pictures of everything around: painted skies against the skies themselves, and real ones.
+
+use glam::{DVec2, DVec3, dvec3 as v};
+use spandrel_engine::color::Color;
+use spandrel_engine::error::Error;
+use spandrel_engine::image::{Image, Samples, Window, file};
+use spandrel_engine::light::list::{LampFile, MakeLamp, SkyLight};
+use spandrel_engine::light::panorama::Panorama;
+use spandrel_engine::light::sky::{Sky, SkyModel};
+use spandrel_engine::light::{Light, Receiver};
+use spandrel_tests::data;
+use spandrel_tests::lights::close;
+use std::path::Path;
+
+const PI: f64 = std::f64::consts::PI;
+
+/// A picture of what is seen in each direction.
+fn painted(rows: u32, color: impl Fn(DVec3) -> Color) -> Image {
+    let mut picture = Image::new((2 * rows, rows), Window::whole(2 * rows, rows));
+    let mut channels: [Vec<f32>; 3] = Default::default();
+    for at in 0..2 * rows * rows {
+        let (x, y) = (f64::from(at % (2 * rows)) + 0.5, f64::from(at / (2 * rows)) + 0.5);
+        let (round, down) = ((x / f64::from(2 * rows) - 0.5) * 2.0 * PI, y / f64::from(rows) * PI);
+        let (sin, cos) = (spandrel_engine::math::sin, spandrel_engine::math::cos);
+        let toward = v(sin(round) * sin(down), cos(down), -cos(round) * sin(down));
+        let color = color(toward).to_array();
+        channels.iter_mut().zip(color).for_each(|(channel, value)| channel.push(value));
+    }
+    for (name, values) in ["R", "G", "B"].into_iter().zip(channels) {
+        picture.insert(name, Samples::Float(values)).unwrap();
+    }
+    picture
+}
+
+fn scratch(name: &str) -> std::path::PathBuf {
+    let folder = std::env::temp_dir().join(format!("spandrel_panorama_{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    folder.join(name)
+}
+
+fn lux(light: &dyn Light, normal: DVec3) -> [f64; 3] {
+    let at = Receiver { position: DVec3::ZERO, normal: normal.normalize() };
+    light.irradiance(&at).to_array().map(f64::from)
+}
+
+#[test]
+fn a_painted_sky_gives_what_the_sky_gives() {
+    let sun = v(0.5, 0.6, -0.4).normalize();
+    let models = [SkyModel::Uniform, SkyModel::Overcast, SkyModel::Clear];
+    for (at, model) in models.into_iter().enumerate() {
+        let sky = Sky::new(model, sun, 0.3).unwrap();
+        let path = scratch(&format!("{at}.exr"));
+        let tint = Color::new(1.5, 1.0, 0.5);
+        let picture = painted(256, |d| tint * (40.0 * sky.luminance(d)) as f32);
+        file::write(&picture, &path, Some(32)).unwrap();
+        let panorama = Panorama::read(&path, 0.0).unwrap();
+        let normals = [
+            v(0.0, 1.0, 0.0),
+            v(1.0, 0.0, 0.0),
+            v(0.0, 0.0, -1.0),
+            v(-0.3, -1.0, 0.2),
+            v(0.7, 0.4, -0.5),
+        ];
+        for normal in normals {
+            let [expected, ..] = lux(&sky, normal);
+            let [r, g, b] = lux(&panorama, normal);
+            close(g, expected, 0.006);
+            close(r, 1.5 * expected, 0.006);
+            close(b, 0.5 * expected, 0.006);
+            // Samples give the same on the mean.
+            let receiver = Receiver { position: DVec3::ZERO, normal: normal.normalize() };
+            let mut sum = 0.0;
+            for i in 0..128 {
+                for j in 0..128 {
+                    let choice = DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5) / 128.0;
+                    sum += f64::from(panorama.sample(&receiver, choice).irradiance.g);
+                }
+            }
+            close(sum / 16384.0, expected, 0.01);
+        }
+        for toward in [sun, v(0.1, 0.2, 0.9).normalize(), v(-0.6, -0.4, 0.1).normalize()] {
+            let seen = f64::from(Light::luminance(&panorama, toward).unwrap().g);
+            close(seen, sky.luminance(toward), 0.02);
+        }
+        // Turned by a right angle, north is east.
+        let turned = Panorama::read(&path, PI / 2.0).unwrap();
+        let east = |d: DVec3| v(-d.z, d.y, d.x);
+        close(
+            lux(&turned, east(v(0.3, 0.2, -0.8)))[1],
+            lux(&panorama, v(0.3, 0.2, -0.8))[1],
+            0.006,
+        );
+        // What is saved comes back.
+        let light: Box<dyn Light> = Box::new(turned);
+        let text = serde_json::to_string(&light).unwrap();
+        let back: Box<dyn Light> = serde_json::from_str(&text).unwrap();
+        assert_eq!(lux(&*back, v(0.2, 0.7, 0.1)), lux(&*light, v(0.2, 0.7, 0.1)));
+        std::fs::remove_file(&path).unwrap();
+    }
+}
+
+#[test]
+fn pictures_that_are_no_panorama_are_refused() {
+    let sky = |file: &Path| SkyLight {
+        picture: Some(LampFile(file.to_string_lossy().into_owned())),
+        ..SkyLight::default()
+    };
+    let error = |name: &str, picture: Option<Image>| {
+        let path = scratch(name);
+        picture.iter().for_each(|picture| {
+            file::write(picture, &path, Some(32)).unwrap();
+        });
+        let error = Error::from(sky(&path).lamp("", Path::new("")).unwrap_err());
+        assert_eq!(error.path(), Some(&*path), "{error}");
+        error.to_string()
+    };
+    assert!(matches!(error("missing.exr", None), text if text.contains("missing.exr")));
+    let black = painted(8, |d| Color::grey(if d.y > 0.0 { 0.0 } else { 1.0 }));
+    assert!(error("black.exr", Some(black)).contains("upper half"));
+    let wrong = painted(8, |d| Color::grey(if d.y > 0.9 { f32::NAN } else { 1.0 }));
+    assert!(error("wrong.exr", Some(wrong)).contains("pixel 0, 0"));
+    let mut narrow = Image::new((3, 2), Window::whole(3, 2));
+    narrow.insert("R", Samples::Float(vec![1.0; 6])).unwrap();
+    assert!(error("narrow.exr", Some(narrow)).contains("twice as wide as high"));
+    let text = scratch("text.hdr");
+    std::fs::write(&text, "no picture").unwrap();
+    let fault = Error::from(sky(&text).lamp("", Path::new("")).unwrap_err()).to_string();
+    assert!(fault.contains("not a sound HDR"), "{fault}");
+    // Checked without its file, a light of a graph is sound.
+    assert!(sky(&scratch("missing.exr")).check().is_ok());
+}
+
+#[test]
+fn real_panoramas_give_an_open_plane_the_lux_that_is_asked() {
+    let Some(folder) = data::find("hdri") else { return };
+    let mut read = 0;
+    for path in data::files(&folder, &[".hdr", ".exr"]) {
+        let panorama = match Panorama::read(&path, 0.4) {
+            Ok(panorama) => panorama,
+            Err(error) => {
+                assert!(error.to_string().contains("twice as wide"), "{error}");
+                continue;
+            }
+        };
+        read += 1;
+        let [r, g, b] = lux(&panorama, DVec3::Y);
+        close((r + g + b) / 3.0, 1.0, 0.02);
+        // Summed by looking everywhere.
+        let mut sum = 0.0;
+        for i in 0..200_000u32 {
+            let up = (f64::from(i) + 0.5) / 200_000.0;
+            let round = f64::from(i) * 2.399_963_229_728_653;
+            let across = (1.0 - up * up).sqrt();
+            let (sin, cos) = (spandrel_engine::math::sin(round), spandrel_engine::math::cos(round));
+            let seen = Light::luminance(&panorama, v(cos * across, up, sin * across)).unwrap();
+            sum += f64::from(seen.r + seen.g + seen.b) / 3.0 * up * 2.0 * PI / 200_000.0;
+        }
+        close(sum, 1.0, 0.05);
+    }
+    assert!(read > 0);
+}
