@@ -31,7 +31,7 @@ fn render(path: &Path, folder: &Path) -> Vec<String> {
     };
     let changed = Override { size: Some(SIZE), ..Override::default() };
     let wish = Picture { channels: BTreeSet::from([Channel::Color]), changed };
-    let pictures = graph.nodes().filter(|node| node.kind == "Resolve");
+    let pictures = graph.nodes().filter(|node| ["Resolve", "Refine"].contains(&node.kind));
     let ids: Vec<String> = pictures.map(|node| node.id.to_owned()).collect();
     let mut wishes = Wishes::new();
     for id in &ids {
