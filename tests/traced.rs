@@ -14,7 +14,7 @@ use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Seal, Shape, Sides,
 };
-use spandrel_engine::shade::{Illuminate, Shadows, Trace};
+use spandrel_engine::shade::{Illuminate, PictureColors, PictureFrame, Shadows, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::{Accelerator, Voxels};
 use spandrel_engine::visible;
@@ -486,4 +486,16 @@ fn images_beside_are_seen_in_mirrors_without_the_fog_of_the_others() {
     // The floor's middle: 4 m from the eye.
     let brightest = with.iter().zip(&without).map(|(a, b)| a - b).fold(0.0, f32::max);
     assert!(brightest > 0.4 * (-0.1f32 * 6.0).exp() && brightest < 0.4, "{brightest}");
+}
+
+#[test]
+fn a_picture_put_on_surfaces_is_not_put_on_what_mirrors_show() {
+    let eye = along(v(0.0, -1.0, -1.0).normalize(), 0.1, 4);
+    let wall = vec![v(-9.0, 0.1, -4.0), v(9.0, 0.1, -4.0), v(9.0, 9.0, -4.0), v(-9.0, 9.0, -4.0)];
+    let floor = (level([-9.0, 9.0], 0.0, [-9.0, 9.0]), mirror());
+    let image = spans(&[made("all", &[floor, (wall, plain(Color::grey(0.4)))])], &eye);
+    let frame = PictureFrame { size: (4, 4), corner: (0, 0), part: (4, 4) };
+    let white = PictureColors::new(frame, [[1.0; 4]; 16].into_iter()).unwrap();
+    let painted = image.shaded(Arc::new(white)).unwrap();
+    assert_eq!((red(&painted)[5], red(&traced(&painted, trace()))[5]), (1.0, 0.4));
 }

@@ -11,7 +11,8 @@ use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
 use crate::packed;
 
 /// Gives surfaces the colour that a picture has where they are seen: the pixel's own, so that a picture of
-/// the same size comes out again wherever its alpha is what the surfaces cover. Depth and coverage stay.
+/// the same size comes out again wherever its alpha is what the surfaces cover. Depth and coverage stay. In
+/// mirrors, surfaces keep the colours that they have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureColors {
     frame: PictureFrame,
@@ -95,6 +96,10 @@ impl Shader for PictureColors {
     }
 
     fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
+        if fragments.sight.is_some() {
+            // The picture does not say what mirrors show.
+            return;
+        }
         let raster = fragments.view.raster();
         let (width, height) = (f64::from(raster.width), f64::from(raster.height));
         for i in 0..fragments.len() {
