@@ -8,8 +8,12 @@
 //! than any rounding on the way to them.
 
 mod grid;
+mod ray;
+mod reductions;
 
 pub use grid::Voxels;
+pub use ray::{Ray, Toward};
+pub use reductions::{Candidates, Reductions, Spaces, spaces_of};
 
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -59,40 +63,6 @@ pub struct Casters {
     spaces: Mutex<Vec<(DVec3, Arc<Spaces>)>>,
 }
 
-/// Pieces by the six pyramids around a point that they reach into: -x, x, -y, y, -z, z.
-pub type Spaces = [Vec<u32>; 6];
-
-/// What is left out of the search for shadow volumes. What is dark is the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Reductions {
-    /// Which faces are candidates for a patch of a visible face.
-    pub candidates: Candidates,
-    /// Of closed bodies, only faces that are turned to the light cast: \[D]'s contours, without their edges.
-    pub contours: bool,
-}
-
-impl Default for Reductions {
-    fn default() -> Reductions {
-        Reductions { candidates: Candidates::Shafts, contours: true }
-    }
-}
-
-/// Which faces are candidates for the shadow on a patch of a visible face.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Candidates {
-    /// Those in the space between the patch and the light, by a tree.
-    #[default]
-    Shafts,
-    /// Those in the space between the light and all that is visible, in some rows, of the patch's cluster: \[N]'s
-    /// clusters.
-    Clusters,
-    /// Those in the pyramids around a point light, of six, that the patch lies in: \[D]'s six-space subdivision.
-    SixSpaces,
-    /// All.
-    All,
-}
-
 /// How the pieces that a ray meets are found. What is found is the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Accelerator {
@@ -119,51 +89,6 @@ impl std::fmt::Debug for Tree {
     }
 }
 
-/// A part of a straight line.
-#[derive(Clone, Debug)]
-pub struct Ray {
-    origin: DVec3,
-    direction: DVec3,
-    reach: f64,
-    /// The axes across it, and by how much they lean along the one that it follows most.
-    across: [(usize, f64); 2],
-    along: usize,
-}
-
-impl Ray {
-    /// The part of a line from `origin` to `reach` lengths of `direction`.
-    pub fn new(origin: DVec3, direction: DVec3, reach: f64) -> Ray {
-        let size = direction.abs();
-        let along = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(2);
-        let across = [(along + 1) % 3, (along + 2) % 3];
-        let across = across.map(|axis| (axis, direction[axis] / direction[along]));
-        Ray { origin, direction, reach, across, along }
-    }
-
-    /// The point at a way, in lengths of its direction.
-    pub fn at(&self, t: f64) -> DVec3 {
-        self.origin + self.direction * t
-    }
-
-    /// Where it starts.
-    pub fn origin(&self) -> DVec3 {
-        self.origin
-    }
-
-    /// Where it goes; its length is the unit of ways along it.
-    pub fn direction(&self) -> DVec3 {
-        self.direction
-    }
-
-    /// A point as seen along the ray, which is in the middle.
-    #[inline(always)]
-    fn seen(&self, point: DVec3) -> (f64, f64) {
-        let from = point - self.origin;
-        let [u, v] = self.across.map(|(axis, lean)| from[axis] - lean * from[self.along]);
-        (u, v)
-    }
-}
-
 /// Where a ray meets a piece.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
@@ -178,25 +103,6 @@ pub struct Hit {
 pub struct Shaft {
     /// Planes as normal and offset: inside is where `normal . p + offset >= 0`.
     pub planes: Vec<(DVec3, f64)>,
-}
-
-/// Where light comes from, or a ray goes.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Toward {
-    /// Infinitely far in a direction, a unit vector.
-    Direction(DVec3),
-    /// To a point, in metres.
-    Point(DVec3),
-}
-
-impl Toward {
-    /// The way from a point: to the end at 1, or endless with length 1.
-    pub fn from(self, point: DVec3) -> (DVec3, f64) {
-        match self {
-            Toward::Direction(direction) => (direction, f64::INFINITY),
-            Toward::Point(end) => (end - point, 1.0),
-        }
-    }
 }
 
 /// Collects the pieces of a scene.
@@ -301,20 +207,6 @@ fn cut(low: DVec3, high: DVec3, ray: &Ray, within: Range<f64>) -> Option<Range<f
         to = to.min(a.max(b));
     }
     (from <= to).then_some(from..to)
-}
-
-/// The six spaces that the convex hull of points around the origin reaches into, or more.
-pub fn spaces_of(points: impl Iterator<Item = DVec3> + Clone) -> impl Iterator<Item = usize> {
-    let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
-    let high = points.fold(DVec3::NEG_INFINITY, DVec3::max);
-    (0..6).filter(move |space| {
-        // Farthest along the axis, and nearest to it across: a box of the pyramid.
-        let (axis, is_up) = (space / 2, space % 2 == 1);
-        let far = if is_up { high[axis] } else { -low[axis] };
-        let across = [(axis + 1) % 3, (axis + 2) % 3];
-        let near = across.map(|a| if low[a] > 0.0 { low[a] } else { (-high[a]).max(0.0) });
-        far >= 0.0 && near.iter().all(|near| *near <= far)
-    })
 }
 
 /// Finds the pieces of a scene that rays meet.

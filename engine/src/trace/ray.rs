@@ -1,0 +1,67 @@
+//! Rays, and where they go.
+
+use glam::DVec3;
+
+/// A part of a straight line.
+#[derive(Clone, Debug)]
+pub struct Ray {
+    pub(super) origin: DVec3,
+    pub(super) direction: DVec3,
+    pub(super) reach: f64,
+    /// The axes across it, and by how much they lean along the one that it follows most.
+    across: [(usize, f64); 2],
+    along: usize,
+}
+
+impl Ray {
+    /// The part of a line from `origin` to `reach` lengths of `direction`.
+    pub fn new(origin: DVec3, direction: DVec3, reach: f64) -> Ray {
+        let size = direction.abs();
+        let along = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(2);
+        let across = [(along + 1) % 3, (along + 2) % 3];
+        let across = across.map(|axis| (axis, direction[axis] / direction[along]));
+        Ray { origin, direction, reach, across, along }
+    }
+
+    /// The point at a way, in lengths of its direction.
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.origin + self.direction * t
+    }
+
+    /// Where it starts.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Where it goes; its length is the unit of ways along it.
+    pub fn direction(&self) -> DVec3 {
+        self.direction
+    }
+
+    /// A point as seen along the ray, which is in the middle.
+    #[inline(always)]
+    pub(super) fn seen(&self, point: DVec3) -> (f64, f64) {
+        let from = point - self.origin;
+        let [u, v] = self.across.map(|(axis, lean)| from[axis] - lean * from[self.along]);
+        (u, v)
+    }
+}
+
+/// Where light comes from, or a ray goes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Toward {
+    /// Infinitely far in a direction, a unit vector.
+    Direction(DVec3),
+    /// To a point, in metres.
+    Point(DVec3),
+}
+
+impl Toward {
+    /// The way from a point: to the end at 1, or endless with length 1.
+    pub fn from(self, point: DVec3) -> (DVec3, f64) {
+        match self {
+            Toward::Direction(direction) => (direction, f64::INFINITY),
+            Toward::Point(end) => (end - point, 1.0),
+        }
+    }
+}
