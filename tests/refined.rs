@@ -7,7 +7,7 @@ use spandrel_engine::fragment::Optics;
 use spandrel_engine::image::{Image, Window};
 use spandrel_engine::light::Lamp;
 use spandrel_engine::light::point::{Beam, Point};
-use spandrel_engine::resolve::{Channel, Framing, Rate, Rule, Select, refine, resolve};
+use spandrel_engine::resolve::{Channel, Filter, Framing, Rate, Rule, Select, refine, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Illuminate, Shadows, Trace};
 use spandrel_engine::span::SpanImage;
@@ -89,10 +89,27 @@ fn mirrors_refined_over_a_rough_picture_are_those_of_a_fine_one() {
 }
 
 #[test]
+fn pictures_may_be_filtered_and_moved_before_they_are_refined() {
+    let lit = lit(&image(), Shadows::Rays(1));
+    let framings = [Filter::Tent, Filter::Gaussian, Filter::Lanczos].map(|filter| {
+        let moved = DVec2::new(2.25, -1.5);
+        Framing { filter, pan: moved, ..framing(&lit) }
+    });
+    for framing in framings {
+        let [rough, fine] =
+            [1, 9].map(|rays| resolve(&traced(&lit, rays), RULE, &framing, &channels()).unwrap());
+        let image = traced(&lit, 9);
+        let made = refine(&rough, &image, RULE, &framing, &channels(), &Select::Traced).unwrap();
+        assert!(!same(&rough, &fine));
+        assert!(same(&made, &fine), "{:?}", framing.filter);
+    }
+}
+
+#[test]
 fn what_is_selected_changes_and_nothing_else() {
     let (rough, fine) = (lit(&image(), Shadows::Off), lit(&image(), Shadows::Volumes));
     let (over, whole) = (picture(&rough), picture(&fine));
-    let numbers = (0..4).collect::<Vec<u32>>();
+    let numbers = (0..4).collect();
     let selections = [
         Select::Objects(vec!["panes*".into()]),
         Select::Objects(vec!["*irrors/*".into(), "none".into()]),

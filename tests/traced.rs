@@ -344,14 +344,19 @@ fn rays_go_through_what_is_translucent_and_see_seals_but_no_culled_backs() {
     let floor_face = Face { outline: ring(floor.0.clone()), sides: sides(2), ..Face::default() };
     mesh.add_face(wall_face).unwrap();
     mesh.add_face(floor_face).unwrap();
-    let mut document = Document::default();
-    let materials = [plain(Color::grey(0.4)), plain(Color::grey(0.9)), mirror()];
-    for (at, material) in materials.into_iter().enumerate() {
-        mesh.materials.push(format!("{at}"));
-        document.materials.insert(format!("{at}"), material);
-    }
-    let image = spans(&[finished("sealed", mesh, document)], &eye);
-    assert_eq!(red(&traced(&image, trace()))[5], 0.9);
+    let under = |alpha: f32| {
+        let (mut mesh, mut document) = (mesh.clone(), Document::default());
+        let seal = Material { alpha, alpha_mode: AlphaMode::Blend, ..plain(Color::grey(0.9)) };
+        for (at, material) in [plain(Color::grey(0.4)), seal, mirror()].into_iter().enumerate() {
+            mesh.materials.push(format!("{at}"));
+            document.materials.insert(format!("{at}"), material);
+        }
+        red(&traced(&spans(&[finished("sealed", mesh, document)], &eye), trace()))[5]
+    };
+    assert_eq!(under(1.0), 0.9);
+    // A seal that is seen through shows the face that it lies on.
+    let translucent = under(0.25);
+    assert!((translucent - (0.25 * 0.9 + 0.75 * 0.4)).abs() < 1e-6, "{translucent}");
 }
 
 #[test]

@@ -11,17 +11,50 @@ pub fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
     points.zip(next).map(|(p, q)| (p - origin).cross(q - origin)).sum()
 }
 
-/// Whether a point of a polygon's plane lies inside it, by the even-odd rule.
+/// Whether a point of a polygon's plane lies inside it, by the even-odd rule, or on its outline. Seen along the
+/// axis that its normal follows most.
 pub fn contains(points: impl Iterator<Item = DVec3> + Clone, normal: DVec3, at: DVec3) -> bool {
-    let size = normal.abs();
-    let drop = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(2);
-    let (u, v) = ((drop + 1) % 3, (drop + 2) % 3);
-    let flat = points.map(|p| (p[u] - at[u], p[v] - at[v]));
-    let next = flat.clone().skip(1).chain(flat.clone().take(1));
-    let crossed = flat.zip(next).filter(|((ax, ay), (bx, by))| {
-        (*ay > 0.0) != (*by > 0.0) && (ax * by - ay * bx > 0.0) == (by > ay)
-    });
-    crossed.count() % 2 == 1
+    let facing = normal.abs();
+    let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).unwrap_or(1);
+    let [u, v] = [(along + 1) % 3, (along + 2) % 3];
+    let mut is_inside = false;
+    let next = points.clone().skip(1).chain(points.clone().take(1));
+    for (a, b) in points.zip(next) {
+        let (a, b) = (a - at, b - at);
+        let side = a[u] * b[v] - a[v] * b[u];
+        let size = (a.abs() + b.abs()).max_element();
+        if side.abs() <= 1e-9 * size * size && a[u] * b[u] + a[v] * b[v] <= 0.0 {
+            return true;
+        }
+        if (a[v] > 0.0) != (b[v] > 0.0) && (side > 0.0) == (b[v] > a[v]) {
+            is_inside = !is_inside;
+        }
+    }
+    is_inside
+}
+
+/// The volume that rings of points enclose, holes among them, below 0 if they run clockwise seen from outside.
+/// `None` if they close no body: every edge then belongs to two that run it in opposite directions.
+pub fn volume<R: Iterator<Item = DVec3> + Clone>(
+    rings: impl Iterator<Item = R> + Clone,
+) -> Option<f64> {
+    let origin = rings.clone().find_map(|mut ring| ring.next())?;
+    let bits = |p: DVec3| p.to_array().map(f64::to_bits);
+    let mut edges: Vec<_> = rings
+        .clone()
+        .flat_map(|ring| {
+            let next = ring.clone().skip(1).chain(ring.clone().take(1));
+            ring.zip(next).map(|(a, b)| (bits(a), bits(b)))
+        })
+        .collect();
+    edges.sort_unstable();
+    let is_closed = edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
+        && edges.windows(2).all(|pair| pair[0] != pair[1]);
+    let cone = |ring: R| {
+        let points = ring.map(|point| point - origin);
+        points.clone().next().map_or(0.0, |first| first.dot(area_vector(points)))
+    };
+    is_closed.then(|| rings.map(cone).sum::<f64>() / 6.0)
 }
 
 /// A polygon with holes in triangles, as places among its points: those of the outline, and then those of

@@ -24,7 +24,7 @@ use crate::key::Key;
 use crate::light::Lamp;
 use crate::light::list::MakeLamp;
 use crate::raster::{LinePlan, Raster, Rows};
-use crate::resolve::Channel;
+use crate::resolve::{Channel, Framing};
 use crate::scene::Scene;
 use crate::span::SpanImage;
 
@@ -167,6 +167,27 @@ pub struct Picture {
     pub channels: BTreeSet<Channel>,
     /// What is overridden.
     pub changed: Override,
+}
+
+impl Picture {
+    /// What visibility is solved for and what is shown of it, of a picture of a size, a scale and a window of
+    /// its own; no window is the whole.
+    ///
+    /// # Errors
+    /// If there is no such raster, scale or window.
+    pub fn framing(
+        &self,
+        size: (u32, u32),
+        scale: (f64, f64),
+        window: Option<Window>,
+    ) -> Result<(Raster, Framing)> {
+        let (width, height) = self.changed.size.unwrap_or(size);
+        let raster = Raster::new(width, height)?;
+        let whole = Framing::scaled(raster, self.changed.scale.unwrap_or(scale).into())?;
+        let all = Window::whole(whole.columns.end, whole.rows.end);
+        let window = self.changed.window.or(window).unwrap_or(all);
+        Ok((raster, whole.cut(window)?))
+    }
 }
 
 impl Demand for Picture {

@@ -152,6 +152,20 @@ impl<'v> Fragments<'v> {
         }
     }
 
+    /// A batch of one fragment at a point of the world, which its surfaces are asked about.
+    pub fn one(view: &'v View, ordinal: u32, sees_front: bool, position: DVec3) -> Fragments<'v> {
+        let mut one = Fragments::new(view);
+        one.push(ordinal, sees_front, 0.0, 0.0, 0.0);
+        one.position.push(position);
+        one
+    }
+
+    /// How much its surface hides of what is behind it at the first fragment.
+    pub(crate) fn first_alpha(mut self, surfaces: &dyn Surfaces) -> f32 {
+        self.fill(Columns::COLOR, surfaces);
+        self.alpha.first().copied().unwrap_or(1.0)
+    }
+
     /// The number of fragments.
     pub fn len(&self) -> usize {
         self.ordinal.len()

@@ -8,7 +8,7 @@ use super::{Body, Light, Receiver, Sample};
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::math;
-use crate::polygon::{self, area_vector};
+use crate::polygon::{self, area_vector, contains};
 use crate::trace::Toward;
 
 /// Planar polygons of 1 cd/m2, diffuse: Lambert's law (\[N], "area sources" and "polyhedral sources").
@@ -40,27 +40,6 @@ struct Triangles {
 }
 
 impl Polygon {
-    /// Whether a point is inside the outline, or on it, as seen along the axis that it faces most.
-    fn encloses(&self, point: DVec3) -> bool {
-        let facing = area_vector(self.outline.iter().copied()).abs();
-        let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).unwrap_or(1);
-        let [u, v] = [(along + 1) % 3, (along + 2) % 3];
-        let mut is_inside = false;
-        let ends = self.outline.iter().zip(self.outline.iter().cycle().skip(1));
-        for (a, b) in ends {
-            let (a, b) = (*a - point, *b - point);
-            let side = a[u] * b[v] - a[v] * b[u];
-            let size = (a.abs() + b.abs()).max_element();
-            if side.abs() <= 1e-9 * size * size && a[u] * b[u] + a[v] * b[v] <= 0.0 {
-                return true;
-            }
-            if (a[v] > 0.0) != (b[v] > 0.0) && (side > 0.0) == (b[v] > a[v]) {
-                is_inside = !is_inside;
-            }
-        }
-        is_inside
-    }
-
     fn normal(&self) -> DVec3 {
         area_vector(self.outline.iter().copied()).normalize_or_zero()
     }
@@ -111,7 +90,8 @@ impl Surface {
             if area.is_nan() || area.length() <= 1e-12 * reach * reach {
                 return Err(Error::invalid(format!("{which}the outline has no area")));
             }
-            if !polygon.holes.iter().flatten().all(|p| polygon.encloses(*p)) {
+            let outline = polygon.outline.iter().copied();
+            if !polygon.holes.iter().flatten().all(|p| contains(outline.clone(), area, *p)) {
                 return Err(Error::invalid(format!("{which}a hole leaves the outline")));
             }
             let holes = polygon.holes.iter().map(|hole| area_vector(hole.iter().copied()).length());
@@ -136,27 +116,14 @@ impl Surface {
     /// As [`Surface::new`], or if an edge has not two faces that run it in opposite directions, or the
     /// faces look inwards.
     pub fn of_body(polygons: Vec<Polygon>) -> Result<Surface> {
-        let bits = |p: DVec3| p.to_array().map(f64::to_bits);
-        let mut edges: Vec<_> = polygons
-            .iter()
-            .flat_map(|polygon| {
-                let next = polygon.outline.iter().cycle().skip(1);
-                polygon.outline.iter().zip(next).map(|(a, b)| (bits(*a), bits(*b)))
-            })
-            .collect();
-        edges.sort_unstable();
-        let is_closed = edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
-            && edges.windows(2).all(|pair| pair[0] != pair[1]);
-        if !is_closed {
-            return Err(Error::invalid(
+        let rings = polygons.iter().map(|polygon| polygon.outline.iter().copied());
+        let volume = polygon::volume(rings).ok_or_else(|| {
+            Error::invalid(
                 "the body is not closed: every edge belongs to two faces that run it in opposite directions",
-            ));
-        }
-        let volume = |polygon: &Polygon| {
-            polygon.outline[0].dot(area_vector(polygon.outline.iter().copied()))
-        };
+            )
+        })?;
         let surface = Surface::new(polygons, false)?;
-        if surface.polygons.iter().map(volume).sum::<f64>() <= 0.0 {
+        if volume <= 0.0 {
             return Err(Error::invalid(
                 "the faces look inwards: they run counter-clockwise seen from outside",
             ));

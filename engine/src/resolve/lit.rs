@@ -136,8 +136,8 @@ impl<'a> Shadows<'a> {
                 length += to - from;
                 middle += (to - from) * (from + to) / 2.0;
             });
-            if length > 0.0 {
-                lines.push(([middle / length, self.image.y(k)], length * share.weight));
+            if length > 0.0 && share.weight != 0.0 {
+                lines.push(([middle / length, self.image.y(k)], length * share.weight.abs()));
             }
         }
         lines

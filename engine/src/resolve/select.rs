@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::coverage::{Cover, Coverage};
@@ -16,7 +16,7 @@ pub enum Select {
     /// Those of objects by name, as the channel `id` has them; `*` stands for anything.
     Objects(Vec<String>),
     /// Those of faces, by their numbers in the scene of a name.
-    Faces(BTreeMap<String, Vec<u32>>),
+    Faces(BTreeMap<String, BTreeSet<u32>>),
     /// Those in a part of the picture: left, top, width, height, in pixels.
     Region(u32, u32, u32, u32),
     /// Those that rays start from: whose material has `optics`.

@@ -163,37 +163,17 @@ impl Geometry {
     pub fn body(&self) -> i8 {
         *self.body.get_or_init(|| {
             let mesh = &self.mesh;
-            let bits = |corner: u32| mesh.points[corner as usize].to_array().map(f64::to_bits);
-            let rings = |face| {
+            let rings = (0..mesh.face_count()).flat_map(|face| {
                 let holes = mesh.holes(face).iter().map(Vec::as_slice);
                 std::iter::once(mesh.outline(face)).chain(holes)
-            };
-            let mut edges: Vec<_> = (0..mesh.face_count())
-                .flat_map(rings)
-                .flat_map(|ring| {
-                    let next = ring.iter().cycle().skip(1);
-                    ring.iter().zip(next).map(|(a, b)| (bits(*a), bits(*b)))
-                })
-                .collect();
-            edges.sort_unstable();
-            let is_closed = edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
-                && edges.windows(2).all(|pair| pair[0] != pair[1]);
-            let Some(origin) = mesh.points.first().filter(|_| is_closed && !edges.is_empty())
-            else {
-                return 0;
-            };
-            let volume = |face: usize| -> f64 {
-                let volume_of = |corners: &[u32]| {
-                    let points =
-                        corners.iter().map(|corner| mesh.points[*corner as usize] - *origin);
-                    points.clone().next().unwrap_or_default().dot(area_vector(points))
-                };
-                let mut sum = 0.0;
-                self.pieces(face, |corners| sum += volume_of(corners));
-                sum
-            };
-            let volume: f64 = (0..mesh.face_count()).map(volume).sum();
-            if volume > 0.0 { 1 } else { -i8::from(volume < 0.0) }
+            });
+            let points = |ring| <[u32]>::iter(ring).map(|corner| mesh.points[*corner as usize]);
+            let volume = polygon::volume(rings.map(points));
+            match volume {
+                Some(volume) if volume > 0.0 => 1,
+                Some(volume) if volume < 0.0 => -1,
+                _ => 0,
+            }
         })
     }
 

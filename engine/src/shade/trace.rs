@@ -13,7 +13,7 @@ use super::pattern::{Pattern, Spread};
 use crate::color::Color;
 use crate::fragment::{
     Around, Batch, Columns, Finish, Fragments, Kept, Layers, Member, Optics, Shader, Sight, Stage,
-    Surfaces, World, stack,
+    World, stack,
 };
 use crate::key::{Key, KeyHasher};
 use crate::light::Lamp;
@@ -53,6 +53,8 @@ struct Followed {
     direction: DVec3,
     /// The share of what it finds that the fragment shows.
     share: Color,
+    /// How much a fragment counts in the picture that shows all that its rays of this kind find.
+    weight: f32,
     /// What the space that it goes through takes of light, per metre.
     absorb: Color,
     /// The plane that it starts on.
@@ -63,7 +65,8 @@ struct Followed {
 #[derive(Clone, Copy, Debug)]
 struct Met {
     ray: u32,
-    member: u32,
+    /// Its place among what casts in the world: the same in all worlds of one geometry.
+    caster: u32,
     ordinal: u32,
     sees_front: bool,
     way: f32,
@@ -129,31 +132,39 @@ impl Trace {
             let Some(optics) = finish.optics else { continue };
             let spread = Spread::new(if count > 1 { batch.pieces(i) } else { Vec::new() });
             let pattern = Pattern::of(fragments, i);
+            let surface = Surface::new(fragments, i, &finish);
+            let plane = (surface.facing, fragments.position[i]);
+            let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i]);
+            let share = 1.0 / count as f32;
+            // The space in front of the seen side, and the one behind it.
+            let spaces = match fragments.sees_front[i] {
+                true => [Color::BLACK, optics.absorb],
+                false => [optics.absorb, Color::BLACK],
+            };
+            let counts = |part: Color| greatest(part) * weight > LEAST;
             for k in 0..count {
-                let surface = Surface::new(fragments, i, &finish);
                 let beside = spread.on_plane(pattern.at(k), fragments, i, surface.facing);
                 let origin = beside.unwrap_or(fragments.position[i]);
                 let along = -fragments.to_eye_from(i, origin);
                 let turned = surface.turn(along, &optics, fragments.sees_front[i]);
-                let share = 1.0 / count as f32;
-                *mirrored = *mirrored + turned.reflect * share;
-                let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i]);
-                let plane = (surface.facing, fragments.position[i]);
-                let inside = [Color::BLACK, optics.absorb];
-                let is_outside = fragments.sees_front[i];
-                // The space in front of the seen side, and the one behind it.
-                let spaces = [inside[usize::from(!is_outside)], inside[usize::from(is_outside)]];
-                let ways = [
-                    (Some(turned.mirrored), turned.reflect, spaces[0]),
-                    (turned.refracted, turned.refract, spaces[1]),
-                ];
-                for (direction, part, absorb) in ways {
-                    let Some(direction) = direction.filter(|_| greatest(part) * weight > LEAST)
-                    else {
-                        continue;
-                    };
-                    let share = part * share;
-                    rays.push(Followed { fragment: i, origin, direction, share, absorb, plane });
+                let mut follow = |direction: DVec3, part: Color, absorb: Color| {
+                    rays.push(Followed {
+                        fragment: i,
+                        origin,
+                        direction,
+                        share: part * share,
+                        weight: weight * greatest(part),
+                        absorb,
+                        plane,
+                    });
+                };
+                // What is not followed leaves the surface its own colour.
+                if counts(turned.reflect) {
+                    *mirrored = *mirrored + turned.reflect * share;
+                    follow(turned.mirrored, turned.reflect, spaces[0]);
+                }
+                if let Some(refracted) = turned.refracted.filter(|_| counts(turned.refract)) {
+                    follow(refracted, turned.refract, spaces[1]);
                 }
             }
         }
@@ -172,10 +183,10 @@ impl Trace {
         if let Some(known) = batch.kept(key).and_then(|kept| kept.downcast().ok()) {
             return known;
         }
-        let finders: Vec<(usize, Finder<'_>)> = world
+        let (members, finders): (Vec<usize>, Vec<Finder<'_>>) = world
             .casters()
             .map(|(member, casters)| (member, casters.finder(&self.accelerator)))
-            .collect();
+            .unzip();
         batch.count("rays", rays.len() as u64);
         let mut all = Vec::new();
         for (number, followed) in rays.iter().enumerate() {
@@ -184,16 +195,26 @@ impl Trace {
             for _ in 0..MOST_LAYERS {
                 let Some((at, hit)) = nearest(&finders, &ray, followed.plane, last) else { break };
                 last = (hit.t, at, hit.piece);
-                let (member, casters) = (finders[at].0, finders[at].1.casters());
-                let surfaces = &*world.members()[member].surfaces;
+                let casters = finders[at].casters();
+                let surfaces = &*world.members()[members[at]].surfaces;
                 let sees_front = casters.normal(hit.piece).dot(followed.direction) < 0.0;
                 let position = ray.at(hit.t);
-                let face = casters.pieces()[hit.piece].face;
-                let Some(ordinal) = surfaces.met(face, sees_front, position) else { continue };
-                let (ray, member) = (number as u32, member as u32);
-                all.push(Met { ray, member, ordinal, sees_front, way: hit.t as f32, position });
-                let is_solid = casters.pieces()[hit.piece].opacity == 1.0;
-                if is_solid || alpha(surfaces, fragments, ordinal, sees_front, position) >= 1.0 {
+                let known = &casters.pieces()[hit.piece];
+                let Some(seen) = surfaces.met(known.face, sees_front, position) else { continue };
+                // A seal that lets something through shows the face that it lies on.
+                let below = (seen != known.face).then_some(known.face);
+                let mut is_solid = false;
+                for ordinal in std::iter::once(seen).chain(below) {
+                    let (ray, caster) = (number as u32, at as u32);
+                    all.push(Met { ray, caster, ordinal, sees_front, way: hit.t as f32, position });
+                    let one = || Fragments::one(fragments.view, ordinal, sees_front, position);
+                    is_solid = (ordinal == known.face && known.opacity == 1.0)
+                        || one().first_alpha(surfaces) >= 1.0;
+                    if is_solid {
+                        break;
+                    }
+                }
+                if is_solid {
                     break;
                 }
             }
@@ -213,9 +234,10 @@ impl Trace {
         around: &Around<'_>,
         key: Key,
     ) -> Shown {
+        let members: Vec<usize> = world.casters().map(|(member, _)| member).collect();
         let mut groups: Vec<Group<'_>> = Vec::new();
         for (place, met) in met.iter().enumerate() {
-            let member = met.member as usize;
+            let member = members[met.caster as usize];
             let known = groups.iter().position(|group| group.member == member);
             let at = known.unwrap_or_else(|| {
                 let mut empty = Fragments::new(fragments.view);
@@ -278,13 +300,13 @@ fn absorbed(absorb: Color, way: f32) -> Color {
 
 /// The nearest surface behind the last, of all members.
 fn nearest(
-    finders: &[(usize, Finder<'_>)],
+    finders: &[Finder<'_>],
     ray: &Ray,
     plane: (DVec3, DVec3),
     last: (f64, usize, usize),
 ) -> Option<(usize, Hit)> {
     let mut best: Option<(usize, Hit)> = None;
-    for (at, (_, finder)) in finders.iter().enumerate() {
+    for (at, finder) in finders.iter().enumerate() {
         let casters: &Casters = finder.casters();
         let found = finder.nearest(ray, |hit| {
             (hit.t, at, hit.piece) > last && !shadow::lies_in(casters, hit.piece, plane)
@@ -296,21 +318,6 @@ fn nearest(
         }
     }
     best
-}
-
-/// How much a surface hides of what is behind it at a point.
-fn alpha(
-    surfaces: &dyn Surfaces,
-    fragments: &Fragments<'_>,
-    ordinal: u32,
-    sees_front: bool,
-    position: DVec3,
-) -> f32 {
-    let mut one = Fragments::new(fragments.view);
-    one.push(ordinal, sees_front, 0.0, 0.0, 0.0);
-    one.position.push(position);
-    one.fill(Columns::COLOR, surfaces);
-    one.alpha[0]
 }
 
 /// A surface where a ray turns.
@@ -386,13 +393,13 @@ impl Group<'_> {
         let view = from.view;
         fragments.push(met.ordinal, met.sees_front, from.x[i], from.y[i], view.depth(way));
         fragments.position.push(met.position);
-        let (before, seen_from) = match &from.sight {
-            Some(sight) => (sight.weight[i], f64::from(sight.width[i])),
-            None => (1.0, view.pixel_width(view.distance(from.depth[i])).0),
+        let seen_from = match &from.sight {
+            Some(sight) => f64::from(sight.width[i]),
+            None => view.pixel_width(view.distance(from.depth[i])).0,
         };
         if let Some(sight) = &mut fragments.sight {
             sight.from.push(ray.origin);
-            sight.weight.push(before * greatest(ray.share));
+            sight.weight.push(ray.weight);
             sight.width.push((seen_from + way * view.pixel_width(0.0).1) as f32);
         }
         self.places.push(place);

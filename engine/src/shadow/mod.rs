@@ -16,7 +16,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::camera::{Plane, View};
-use crate::fragment::{Casting, Columns, Fragments, Stage, Surfaces, World, stack};
+use crate::fragment::{Casting, Fragments, Stage, Surfaces, World, stack};
 use crate::span::{FaceId, SpanImage};
 use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, spaces_of};
 
@@ -448,12 +448,8 @@ pub fn opacity(
         return known.opacity;
     }
     let (way, point) = met();
-    let mut fragments = Fragments::new(view);
     let sees_front = casters.normal(piece).dot(way) < 0.0;
-    fragments.push(known.face, sees_front, 0.0, 0.0, 0.0);
-    fragments.position.push(point);
-    fragments.fill(Columns::COLOR, surfaces);
-    fragments.alpha.first().copied().unwrap_or(1.0)
+    Fragments::one(view, known.face, sees_front, point).first_alpha(surfaces)
 }
 
 /// Whether a piece lies in the plane of a face.

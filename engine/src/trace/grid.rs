@@ -185,11 +185,6 @@ impl Grid {
         }
     }
 
-    /// Bytes held.
-    pub(super) fn bytes(&self) -> usize {
-        size_of_val(&*self.starts) + size_of_val(&*self.pieces) + size_of_val(&*self.outside)
-    }
-
     /// Visits the pieces that a ray meets, each once; `visit` may say beyond which way nothing matters any
     /// more.
     pub(super) fn traverse(

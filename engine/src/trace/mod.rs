@@ -270,7 +270,7 @@ impl Casters {
 
     /// Bytes held, about.
     pub fn bytes(&self) -> usize {
-        let nodes = self.accelerator_bytes(&Accelerator::Tree);
+        let nodes = self.tree.as_ref().map_or(0, |tree| size_of_val(&*tree.bvh.nodes));
         size_of_val(&*self.points)
             + size_of_val(&*self.corners)
             + size_of_val(&*self.pieces)
@@ -357,14 +357,6 @@ impl Casters {
         let spaces = Arc::new(spaces);
         known.push((around, spaces.clone()));
         spaces
-    }
-
-    /// Bytes that an accelerator takes beside the pieces.
-    pub fn accelerator_bytes(&self, by: &Accelerator) -> usize {
-        match by {
-            Accelerator::Tree => self.tree.as_ref().map_or(0, |tree| size_of_val(&*tree.bvh.nodes)),
-            Accelerator::Grid(voxels) => self.grid(voxels).bytes(),
-        }
     }
 
     /// Visits the pieces that a ray meets; `visit` may say beyond which way nothing matters any more.

@@ -4,15 +4,15 @@ use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::image::{Image, Window};
+use spandrel_engine::image::Image;
 use spandrel_engine::raster::Raster;
-use spandrel_engine::resolve::{self, Framing, Rule, Select};
+use spandrel_engine::resolve::{self, Filter, Framing, Rate, Rule, Select, Vertical};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lines, Picture};
 
 /// Computes a part of a picture anew, such as what mirrors, with more rays: pixels that show anything selected
 /// become those of `image`, resolved here, and all others stay as they are in `over`. Nothing else is shaded.
-/// Size, lines and scale are those with which the picture was resolved.
+/// Size, lines, scale and the rest are those with which the picture was resolved.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Refine {
@@ -30,6 +30,14 @@ pub struct Refine {
     pub lines: Rule,
     /// Scale in x and y, as in `Resolve`.
     pub scale: (f64, f64),
+    /// Moves the scene right and down, as in `Resolve`.
+    pub pan: (f64, f64),
+    /// Which lines a scaled row takes, as in `Resolve`.
+    pub vertical: Vertical,
+    /// How much what lies beside a pixel's centre counts, as in `Resolve`.
+    pub filter: Filter,
+    /// How often faces are shaded, as in `Resolve`.
+    pub shading: Rate,
 }
 
 impl Default for Refine {
@@ -41,18 +49,19 @@ impl Default for Refine {
             size: (1280, 720),
             lines: Rule::Sloped(8),
             scale: (1.0, 1.0),
+            pan: (0.0, 0.0),
+            vertical: Vertical::Fractions,
+            filter: Filter::Box,
+            shading: Rate::Pixel,
         }
     }
 }
 
 impl Refine {
     fn framing(&self, wanted: &Picture) -> Result<(Raster, Framing)> {
-        let (width, height) = wanted.changed.size.unwrap_or(self.size);
-        let raster = Raster::new(width, height)?;
-        let scale = DVec2::from(wanted.changed.scale.unwrap_or(self.scale));
-        let whole = Framing::scaled(raster, scale)?;
-        let window = Window::whole(whole.columns.end, whole.rows.end);
-        Ok((raster, whole.cut(wanted.changed.window.unwrap_or(window))?))
+        let (raster, framing) = wanted.framing(self.size, self.scale, None)?;
+        let Refine { vertical, filter, shading, .. } = *self;
+        Ok((raster, Framing { pan: self.pan.into(), vertical, filter, shading, ..framing }))
     }
 }
 
@@ -66,6 +75,7 @@ impl Node for Refine {
         let at = |field| move |e: spandrel_engine::Error| FieldError::new(field, e.to_string());
         let raster = Raster::new(self.size.0, self.size.1).map_err(at("size"))?;
         self.lines.plan().map_err(at("lines"))?;
+        self.lines.check_filter(self.filter).map_err(at("filter"))?;
         Framing::scaled(raster, DVec2::from(self.scale)).map_err(at("scale"))?;
         Ok(())
     }

@@ -62,19 +62,10 @@ impl Default for Resolve {
 impl Resolve {
     /// What visibility is solved for, and how it is shown.
     fn framing(&self, wanted: &Picture) -> Result<(Raster, Framing)> {
-        let (width, height) = wanted.changed.size.unwrap_or(self.size);
-        let raster = Raster::new(width, height)?;
-        let scale = DVec2::from(wanted.changed.scale.unwrap_or(self.scale));
-        let whole = Framing::scaled(raster, scale)?;
-        let window = match (wanted.changed.window, self.window) {
-            (Some(window), _) => window,
-            (None, Some((x, y, width, height))) => Window { x, y, width, height },
-            (None, None) => Window::whole(whole.columns.end, whole.rows.end),
-        };
-        let pan = DVec2::from(self.pan);
+        let window = self.window.map(|(x, y, width, height)| Window { x, y, width, height });
+        let (raster, framing) = wanted.framing(self.size, self.scale, window)?;
         let Resolve { vertical, filter, shading, .. } = *self;
-        let placed = Framing { pan, vertical, filter, shading, ..whole };
-        Ok((raster, placed.cut(window)?))
+        Ok((raster, Framing { pan: self.pan.into(), vertical, filter, shading, ..framing }))
     }
 }
 
