@@ -4,6 +4,9 @@
 use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
+use spandrel_engine::error::Error;
+use spandrel_engine::fragment::Environment;
+use spandrel_engine::key::Key;
 use spandrel_engine::light::line::Line;
 use spandrel_engine::light::list::{
     AmbientLight, AreaLight, Entry, LinearLight, MakeLamp, ParallelLight, PointLight,
@@ -14,13 +17,13 @@ use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Light, Receiver};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
-use spandrel_engine::scene::Scene;
+use spandrel_engine::scene::{Document, Mesh, Object, Plan, Scene, Shape};
 use spandrel_engine::shade::Illuminate;
 use spandrel_engine::visible::render;
 use spandrel_tests::lights::{close, illuminate};
 use spandrel_tests::random::Random;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
@@ -423,4 +426,28 @@ fn lights_are_seen_as_bright_as_they_are() {
     assert_eq!(shown(&off, 2.0), 0.0);
     let point = PointLight::default().lamp("point", none).unwrap();
     assert!(Scene::of_lamps("lights", &[point], 0.1).is_err());
+}
+
+#[test]
+fn a_sky_that_names_no_model_is_as_overcast_as_its_scene() {
+    let listed = |light: SkyLight, overcast: Option<f64>| {
+        let environment =
+            overcast.map(|overcast| Environment { overcast, ..Environment::default() });
+        let lights = BTreeMap::from([("sky".to_owned(), Entry::SkyLight(light))]);
+        let root = Object::new("none", Shape::Faces(Mesh::default()));
+        let plan = Plan { lights, environment, root, ..Plan::default() };
+        let document = Document::with_plan(plan);
+        let scene = Scene::new(&document, None, "", Key::of(&document), Path::new(""))?;
+        let lamp = scene.lights["sky"].lamp("sky", Path::new("")).unwrap();
+        Ok::<_, Error>(lamp.light.luminance(v(0.3, 0.4, 0.5).normalize()).unwrap())
+    };
+    let of = |model| SkyLight { model: Some(model), ..SkyLight::default() };
+    let named = |model| listed(of(model), Some(0.3)).unwrap();
+    let open = |overcast| listed(SkyLight::default(), overcast).unwrap();
+    assert_eq!(open(Some(0.3)), named(SkyModel::Blend(0.3)));
+    assert_eq!(open(Some(0.0)), named(SkyModel::Blend(0.0)));
+    assert_ne!(open(Some(0.3)), open(Some(0.0)));
+    assert_eq!(open(None), named(SkyModel::Overcast));
+    let error = listed(SkyLight::default(), Some(1.5)).unwrap_err().to_string();
+    assert!(error.contains("sky") && error.contains("not 1.5"), "{error}");
 }

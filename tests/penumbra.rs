@@ -12,10 +12,10 @@ use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides,
 };
-use spandrel_engine::shade::{Illuminate, Shadows};
+use spandrel_engine::shade::{Fog, Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
-use spandrel_tests::lights::{close, illuminate, lamp};
+use spandrel_tests::lights::{close, illuminate, lamp, no_fog};
 use spandrel_tests::random::Random;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -187,4 +187,63 @@ fn clusters_apart_hide_what_they_hide_together() {
     for (a, b) in a.iter().zip(&b) {
         assert!((a - b).abs() < 1e-5, "{a} {b}");
     }
+}
+
+#[test]
+fn samples_tell_by_how_much_they_may_be_off() {
+    let boards = [
+        (level([-0.5, 0.4], 0.9, [-0.6, 0.2]), false),
+        (level([0.1, 0.6], 1.2, [-0.2, 0.7]), true),
+    ];
+    let image = floor_under(&boards, 3.0, 40);
+    let lamp = || lamp(panel([-0.7, 0.5], 2.0, [-0.5, 0.6]));
+    let truth = lit(&image, lamp(), Shadows::Analytic);
+    let shown = |lamps: Vec<Lamp>, shadows, fogged: bool| {
+        let light = Illuminate { shadows, ..illuminate(lamps, Color::BLACK, Color::BLACK) };
+        let mut image = image.shaded(Arc::new(light)).unwrap();
+        if fogged {
+            // Everything is 0.03 m away from the eye's plane.
+            let density = (2.0f64.ln() / 0.03) as f32;
+            image = image.shaded(Arc::new(Fog { density, ..no_fog() })).unwrap();
+        }
+        let framing = Framing::scaled(image.view().raster(), DVec2::ONE).unwrap();
+        let wanted = BTreeSet::from([Channel::Color, Channel::LightError, Channel::Light]);
+        resolve(&image, Rule::Sloped(2), &framing, &wanted).unwrap()
+    };
+    let mean = |values: &[f32]| {
+        (values.iter().map(|v| f64::from(v * v)).sum::<f64>() / values.len() as f64).sqrt()
+    };
+    let mut last = f64::INFINITY;
+    for rays in [4, 16, 64] {
+        let picture = shown(vec![lamp()], Shadows::Rays(rays), false);
+        let (red, error) = (picture.float("R").unwrap(), picture.float("light_error.R").unwrap());
+        let off: Vec<f32> = red.iter().zip(&truth).map(|(a, b)| a - b).collect();
+        let (off, estimate) = (mean(&off), mean(error));
+        // Rays that are spread evenly do better than random ones.
+        assert!(off < estimate && off > 0.05 * estimate, "{rays}: {off} {estimate}");
+        assert!(estimate < 0.7 * last, "{rays}: {estimate} after {last}");
+        last = estimate;
+        // Nothing stands before the light of some: all rays agree.
+        assert!(error.iter().any(|e| *e == 0.0) && error.iter().all(|e| e.is_finite()));
+        let sum: Vec<f32> = picture.float("light_lamp.R").unwrap().to_vec();
+        assert_eq!(sum, red, "the error is no part of the sum");
+    }
+    let one = shown(vec![lamp()], Shadows::Rays(1), false);
+    let open = lit(&floor_under(&[], 3.0, 40), lamp(), Shadows::Off);
+    let least = one.float("light_error.R").unwrap().iter().zip(&open).map(|(e, l)| e / l);
+    assert!(
+        least.clone().all(|share| (share - 0.5).abs() < 1e-4),
+        "{:?}",
+        least.clone().fold(9.0, f32::min)
+    );
+    // Two lamps alike are off independently; fog weakens what is off as it weakens light.
+    let of =
+        |picture: &spandrel_engine::image::Image| mean(picture.float("light_error.R").unwrap());
+    let two = || {
+        let lamp = |name: &str| Lamp::new(name, true, Color::WHITE, lamp().light.clone());
+        vec![lamp("a"), lamp("b")]
+    };
+    let both = of(&shown(two(), Shadows::Rays(16), false));
+    close(both, of(&shown(vec![lamp()], Shadows::Rays(16), false)) * 2f64.sqrt(), 1e-5);
+    close(of(&shown(two(), Shadows::Rays(16), true)), both / 2.0, 1e-4);
 }

@@ -54,6 +54,11 @@ impl Color {
         self * (1.0 - t) + other * t
     }
 
+    /// How bright it is: the Y of its primaries, of which white has 1.
+    pub fn luminance(self) -> f32 {
+        0.2126 * self.r + 0.7152 * self.g + 0.0722 * self.b
+    }
+
     /// Whether every component is a finite number.
     pub fn is_finite(self) -> bool {
         self.to_array().iter().all(|v| v.is_finite())

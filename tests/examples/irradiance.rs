@@ -153,7 +153,7 @@ fn main() {
         ("clear", SkyModel::Clear),
     ];
     for (name, model) in skies {
-        let sky = SkyLight { model, sun: toward, ..SkyLight::default() };
+        let sky = SkyLight { model: Some(model), sun: toward, ..SkyLight::default() };
         let (points, rest) = (points.clone(), String::new());
         Case { name, mesh: court(), lights: vec![&sky], points, rest }.write(folder);
     }

@@ -91,7 +91,7 @@ pub struct Sight {
 }
 
 /// Colours by what they come from: the lights by their names, and [`Layers::REST`] for all else. Each has
-/// a colour for every fragment, and their sum is the fragments' colour.
+/// a colour for every fragment, and their sum, without [`Layers::ERROR`], is the fragments' colour.
 ///
 /// A shader that only weakens colour weakens all layers alike; what it adds itself goes to the rest. One
 /// that replaces the colour leaves nothing but the rest.
@@ -101,6 +101,10 @@ pub struct Layers(Vec<(String, Vec<Color>)>);
 impl Layers {
     /// The name of what comes from no light: glow, fog, surfaces that are not lit. No light has it.
     pub const REST: &'static str = "";
+
+    /// The name of a layer that is no part of the sum: by how much the others may be off together, where
+    /// light was found by samples. It is weakened and mirrored as they are.
+    pub const ERROR: &'static str = "\u{0}";
 
     /// The layers by name.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &[Color])> {

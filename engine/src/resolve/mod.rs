@@ -73,10 +73,21 @@ pub enum Channel {
     /// `light_NAME.R`, `.G`, `.B` for each light: what it adds to the colour, as it is shown; and
     /// `rest.R`, `.G`, `.B`, what comes from none. They sum to the colour.
     Light,
+    /// `light_error.R`, `.G`, `.B`: an estimate of the error of light that is found by samples, soft light and
+    /// that of `Rays`: by how much the colour may be off, as the standard deviation of as many random
+    /// samples, of which those taken are mostly better. One sample estimates nothing, and is taken to be off by
+    /// half of the light. Gloss is not in it.
+    #[serde(rename = "light_error")]
+    LightError,
     /// `aa_error`: an estimate of the error of antialiasing: by which share of the pixel its coverage may
     /// be off, 0 to 1.
     #[serde(rename = "aa_error")]
     Error,
+}
+
+impl Channel {
+    /// Those for which fragments are shaded.
+    const OF_COLOR: [Channel; 3] = [Channel::Color, Channel::Light, Channel::LightError];
 }
 
 /// Resolves an image into a picture with the given channels. Colour is the mean over the pixel; all
@@ -168,7 +179,7 @@ fn paint(
         return Err(Error::invalid(format!("rows {needed:?} are needed, the image has {held:?}")));
     }
     rule.check_filter(framing.filter)?;
-    let wants_color = [Channel::Color, Channel::Light].iter().any(|c| channels.contains(c));
+    let wants_color = Channel::OF_COLOR.iter().any(|c| channels.contains(c));
     for source in image.sources().iter().filter(|source| !source.faces.faces().is_empty()) {
         let shading = if wants_color { source.reads() } else { Columns::NONE };
         let normals = if channels.contains(&Channel::N) { Columns::NORMAL } else { Columns::NONE };
@@ -179,13 +190,17 @@ fn paint(
     }
     let index = rule.tolerance().map(|_| Index::new(image));
     let window = framing.window();
-    let names_of_layers =
-        if channels.contains(&Channel::Light) { layers(image) } else { Vec::new() };
+    let mut names_of_layers = Vec::new();
+    if channels.contains(&Channel::LightError) {
+        names_of_layers.push(Layers::ERROR.to_owned());
+    }
+    if channels.contains(&Channel::Light) {
+        names_of_layers.extend(layers(image));
+    }
     let nothing = Intensities::new(vec![None; image.face_count()]);
     // What is kept of faces has no layers.
-    let has_layers = channels.contains(&Channel::Light);
     let intensities = match framing.shading {
-        _ if has_layers => Arc::new(nothing),
+        _ if !names_of_layers.is_empty() => Arc::new(nothing),
         Rate::Face => intensity::of_all(image),
         Rate::Pixel | Rate::Line => intensity::of(image),
     };
@@ -198,7 +213,7 @@ fn paint(
     let mut z = float(Channel::Z);
     let mut error = float(Channel::Error);
     let mut id = vec![0u32; area(Channel::Id)];
-    let mut layers = vec![float(Channel::Light); 3 * names_of_layers.len()];
+    let mut layers = vec![vec![0.0f32; window.area()]; 3 * names_of_layers.len()];
     let bands = window.height.div_ceil(BAND) as usize;
     let mut parts: Vec<Pixels<'_>> = (0..bands).map(|_| Pixels::default()).collect();
     let rows = BAND as usize * window.width as usize;
@@ -292,6 +307,7 @@ fn layer_names(names: &[String]) -> Vec<String> {
     for name in names {
         let known = match name.as_str() {
             Layers::REST => "rest".to_owned(),
+            Layers::ERROR => "light_error".to_owned(),
             name => format!("light_{}", name.chars().map(plain).collect::<String>()),
         };
         let numbered = |n: usize| if n == 1 { known.clone() } else { format!("{known}_{n}") };

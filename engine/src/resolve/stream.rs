@@ -251,17 +251,15 @@ impl<'a> Stream<'a> {
     }
 
     fn wants_color(&self) -> bool {
-        self.channels.contains(&Channel::Color) || self.channels.contains(&Channel::Light)
+        Channel::OF_COLOR.iter().any(|channel| self.channels.contains(channel))
     }
 
     /// Finds the fragments of rows.
     fn gather(&mut self, rows: &Rows) -> Gathered {
         let width = self.framing.columns.len();
         let wants_color = self.wants_color();
-        let wants_most = self
-            .channels
-            .iter()
-            .any(|c| !matches!(c, Channel::Color | Channel::Light | Channel::Error));
+        let wants_most =
+            self.channels.iter().any(|c| *c != Channel::Error && !Channel::OF_COLOR.contains(c));
         let wants_error = self.channels.contains(&Channel::Error);
         let nothing = (0.0f32, Point { face: FaceId::NONE, x: 0.0, y: 0.0 });
         let sources = self.image.sources().len();

@@ -96,7 +96,11 @@ impl Scene {
         files: Files,
     ) -> Result<(Scene, Files)> {
         let plan = document.plan(plan)?;
-        for (name, light) in &plan.lights {
+        let environment = plan.environment.as_ref();
+        let lights = plan.lights.iter();
+        let lights: BTreeMap<String, Entry> =
+            lights.map(|(name, light)| (name.clone(), light.clone().under(environment))).collect();
+        for (name, light) in &lights {
             let fault = |fault| Error::invalid(format!("light \"{name}\": {}", Error::from(fault)));
             light.check().map_err(fault)?;
         }
@@ -132,7 +136,7 @@ impl Scene {
             instances,
             materials,
             cameras: plan.cameras.clone(),
-            lights: plan.lights.clone(),
+            lights,
             directory: directory.to_owned(),
             environment: plan.environment.clone(),
             notes: files.values().flat_map(|reading| reading.notes.clone()).collect(),

@@ -59,6 +59,8 @@ struct Received {
     /// What its gloss sends to the eye: the factor of its own reflectance, and the rest. Empty if
     /// nothing shines.
     gloss: Vec<[Color; 2]>,
+    /// By how much the irradiance may be off. Empty if nobody asks, or by nothing.
+    error: Vec<f32>,
 }
 
 /// Colours, most of which are grey.
@@ -122,7 +124,7 @@ impl Shader for Illuminate {
         let scale = 1.0 / self.white;
         let glow = |finish: &Finish| finish.glow * (PI * scale);
         let mut sum: Vec<Color> = fragments.finish.iter().map(glow).collect();
-        let mut layers = fragments.layers.take().map(|_| Layers::default());
+        let mut layers = fragments.layers.as_ref().map(|_| Layers::default());
         for lamp in self.lamps.iter().filter(|lamp| lamp.shines()) {
             let received = self.received(lamp, fragments, around);
             let strength = lamp.strength * scale;
@@ -149,6 +151,14 @@ impl Shader for Illuminate {
                 for (i, color) in layers.layer(&lamp.name, count).iter_mut().enumerate() {
                     *color = if fragments.unlit[i] { Color::BLACK } else { *color + shown(i) };
                 }
+                if !received.error.is_empty() {
+                    let errors = layers.layer(Layers::ERROR, count);
+                    for (i, (error, off)) in errors.iter_mut().zip(&received.error).enumerate() {
+                        let color = fragments.color[i] * (fragments.finish[i].diffuse * off);
+                        // Lamps are off independently of each other.
+                        *error = quadrature(*error, color * strength);
+                    }
+                }
             }
         }
         for (i, sum) in sum.into_iter().enumerate() {
@@ -161,6 +171,11 @@ impl Shader for Illuminate {
         }
         fragments.layers = layers;
     }
+}
+
+fn quadrature(a: Color, b: Color) -> Color {
+    let one = |a: f32, b: f32| (a * a + b * b).sqrt();
+    Color::new(one(a.r, b.r), one(a.g, b.g), one(a.b, b.b))
 }
 
 fn shines(fragments: &Fragments<'_>) -> bool {
@@ -176,7 +191,8 @@ impl Illuminate {
         around: &Around<'_>,
     ) -> Arc<Received> {
         let mut key = KeyHasher::new("received");
-        key.key(lamp.key()).value(&(self.shadows, self.samples));
+        let wants_error = fragments.layers.is_some();
+        key.key(lamp.key()).value(&(self.shadows, self.samples, wants_error));
         around.world.into_iter().for_each(|world| {
             key.key(world.geometry());
         });
@@ -189,9 +205,54 @@ impl Illuminate {
             return known;
         }
         let received = Arc::new(Lighting::new(self, lamp, fragments, around).received());
-        let bytes = received.diffuse.bytes() + size_of_val(&*received.gloss);
+        let Received { diffuse, gloss, error } = &*received;
+        let bytes = diffuse.bytes() + size_of_val(&**gloss) + size_of_val(&**error);
         around.batch.keep(key, received.clone() as Kept, bytes);
         received
+    }
+}
+
+/// What one fragment receives of a lamp of unit strength.
+#[derive(Default)]
+struct Share {
+    diffuse: Color,
+    gloss: [Color; 2],
+    error: f32,
+}
+
+/// How far the share of light that reaches a place may be off that is found by samples.
+#[derive(Default)]
+struct Deviation {
+    count: u32,
+    /// Sums of what is open, of what reaches, and of their products.
+    open: f32,
+    reaches: f32,
+    products: [f32; 3],
+}
+
+impl Deviation {
+    fn add(&mut self, open: f32, lit: f32) {
+        let reaches = open * lit;
+        self.count += 1;
+        self.open += open;
+        self.reaches += reaches;
+        let products = [open * open, open * reaches, reaches * reaches];
+        self.products = [0, 1, 2].map(|k| self.products[k] + products[k]);
+    }
+
+    /// The standard error of the ratio of what reaches to what is open.
+    fn of_share(&self) -> f32 {
+        if self.open <= 0.0 {
+            return 0.0;
+        }
+        if self.count < 2 {
+            return 0.5;
+        }
+        let share = self.reaches / self.open;
+        let [open, both, reaches] = self.products;
+        let squares = reaches - 2.0 * share * both + share * share * open;
+        let count = self.count as f32;
+        (squares.max(0.0) * count / (count - 1.0)).sqrt() / self.open
     }
 }
 
@@ -248,27 +309,33 @@ impl<'a> Lighting<'a> {
     }
 
     fn received(&self) -> Received {
-        let parts = (0..self.fragments.len()).map(|i| match self.fragments.unlit[i] {
-            true => (Color::BLACK, [Color::BLACK; 2]),
-            false => self.of(i),
-        });
-        let (diffuse, gloss): (Vec<Color>, Vec<[Color; 2]>) = parts.unzip();
-        let gloss = if self.shines { gloss } else { Vec::new() };
-        Received { diffuse: Values::new(diffuse), gloss }
+        let count = self.fragments.len();
+        let mut diffuse = Vec::with_capacity(count);
+        let (mut gloss, mut error) = (Vec::new(), Vec::new());
+        let wants_error = self.fragments.layers.is_some();
+        for i in 0..count {
+            let one = if self.fragments.unlit[i] { Share::default() } else { self.of(i) };
+            diffuse.push(one.diffuse);
+            gloss.extend(self.shines.then_some(one.gloss));
+            error.extend(wants_error.then_some(one.error));
+        }
+        if error.iter().all(|error| *error == 0.0) {
+            error = Vec::new();
+        }
+        Received { diffuse: Values::new(diffuse), gloss, error }
     }
 
-    /// Irradiance and gloss of a fragment.
-    fn of(&self, i: usize) -> (Color, [Color; 2]) {
-        let black = [Color::BLACK; 2];
+    /// What a fragment receives.
+    fn of(&self, i: usize) -> Share {
         let spot = Spot::new(self.fragments, i);
         let whole = spot.irradiance(self.light.toward(), self.light.irradiance(&spot.receiver));
         if whole == Color::BLACK || self.light.is_everywhere() {
-            return (whole, black);
+            return Share { diffuse: whole, ..Share::default() };
         }
         if let Some(diffuse) = self.clipped(&spot) {
             let shines = self.shines && spot.finish.shines();
-            let gloss = if shines { self.by_samples(&spot, i, whole).1 } else { black };
-            return (diffuse, gloss);
+            let gloss = shines.then(|| self.by_samples(&spot, i, whole).gloss);
+            return Share { diffuse, gloss: gloss.unwrap_or_default(), error: 0.0 };
         }
         let is_soft = self.light.toward().is_none();
         if self.world.is_some() || (self.shines && is_soft) {
@@ -277,9 +344,9 @@ impl<'a> Lighting<'a> {
         let lit = self.exact.as_ref().map_or(1.0, |exact| exact[i]);
         let sent = match self.shines {
             true => spot.sent(&self.light.sample(&spot.receiver, DVec2::splat(0.5))),
-            false => black,
+            false => Default::default(),
         };
-        (whole * lit, sent.map(|part| part * lit))
+        Share { diffuse: whole * lit, gloss: sent.map(|part| part * lit), error: 0.0 }
     }
 
     /// Irradiance with what stands in the way cut out of the source, if it is to be and can be.
@@ -290,7 +357,7 @@ impl<'a> Lighting<'a> {
     }
 
     /// The same from parts of the source, each with what stands in its way.
-    fn by_samples(&self, spot: &Spot, i: usize, whole: Color) -> (Color, [Color; 2]) {
+    fn by_samples(&self, spot: &Spot, i: usize, whole: Color) -> Share {
         let fragments = self.fragments;
         let pattern = Pattern::of(fragments, i);
         // A source in one place is the same for all rays: they are spread over what is covered.
@@ -300,6 +367,7 @@ impl<'a> Lighting<'a> {
         let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i]);
         let samples = ((self.samples as f32 * weight).ceil() as u32).clamp(1, self.samples);
         let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
+        let mut spread_of = Deviation::default();
         let mut sent = [Color::BLACK; 2];
         for k in 0..samples {
             let choice = pattern.at(k);
@@ -315,6 +383,7 @@ impl<'a> Lighting<'a> {
             };
             open = open + sample.irradiance;
             reaches = reaches + sample.irradiance * lit;
+            spread_of.add(sample.irradiance.luminance(), lit);
             if self.shines {
                 let part = spot.sent(&sample);
                 sent = [0, 1].map(|k| sent[k] + part[k] * lit);
@@ -329,7 +398,9 @@ impl<'a> Lighting<'a> {
             share(open.g, reaches.g, whole.g),
             share(open.b, reaches.b, whole.b),
         );
-        (diffuse, sent.map(|part| part * (1.0 / samples as f32)))
+        let error =
+            if self.world.is_some() { spread_of.of_share() * whole.luminance() } else { 0.0 };
+        Share { diffuse, gloss: sent.map(|part| part * (1.0 / samples as f32)), error }
     }
 }
 

@@ -30,7 +30,7 @@ impl Shader for Recolor {
         let change = |color: Color, add: Color| {
             let bright = color * self.multiply + add;
             // Luminance of Rec. 709 primaries.
-            let grey = 0.2126 * bright.r + 0.7152 * bright.g + 0.0722 * bright.b;
+            let grey = bright.luminance();
             Color::grey(grey).mix(bright, self.saturation)
         };
         fragments.color.iter_mut().for_each(|color| *color = change(*color, self.add));

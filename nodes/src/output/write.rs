@@ -21,10 +21,11 @@ pub struct Write {
     pub path: OutFile,
     /// The channels to write. PNG holds `Color` only; EXR holds any: `Color` (R, G, B, A), `Z`
     /// (distance along the view axis in metres, infinite for background), `N` (unit normal in world
-    /// axes), `P` (position in the world), `Id` (object), `Light` (a layer `light_NAME` for each light, `light_own_ambient` for what `Illuminate`
-    /// adds by itself, and `rest` for what comes from no light; they sum to the colour), `aa_error` (by which share of the pixel its
-    /// coverage may be off, 0 to 1). All but colour and the last are those of the face that covers most
-    /// of the pixel, unfiltered.
+    /// axes), `P` (position in the world), `Id` (object), `Light` (a layer `light_NAME` for each light,
+    /// `light_own_ambient` for what `Illuminate` adds by itself, and `rest` for what comes from no light;
+    /// they sum to the colour), `light_error` (by how much light that is found by samples may be off),
+    /// `aa_error` (by which share of the pixel its coverage may be off, 0 to 1). `Z`, `N`, `P` and `Id` are
+    /// those of the face that covers most of the pixel, unfiltered.
     pub channels: BTreeSet<Channel>,
     /// Bits per sample: PNG 8 or 16, EXR 16 (half) or 32. Absent, the first. Z, P and ids are always 32.
     pub bits: Option<u32>,

@@ -122,7 +122,9 @@ impl MakeLamp for SunLight {
 pub struct SkyLight {
     /// How its luminance is spread: `Uniform`, `Overcast`, `Intermediate`, `Clear`, `General(1)` to
     /// `General(15)` (the types of CIE S 011, ISO 15469), or `Blend(0.3)` from clear, 0, to overcast, 1.
-    pub model: SkyModel,
+    /// Absent, in a scene's light list the blend that the `overcast` of its `environment` says; else
+    /// `Overcast`.
+    pub model: Option<SkyModel>,
     /// Instead of a model, a panorama of all directions (.hdr, .exr, .png), twice as wide as high, its top the
     /// zenith, its middle towards -z; the sun and the ground are then the picture's own.
     pub picture: Option<LampFile>,
@@ -149,7 +151,7 @@ pub struct SkyLight {
 impl Default for SkyLight {
     fn default() -> SkyLight {
         SkyLight {
-            model: SkyModel::Overcast,
+            model: None,
             picture: None,
             turn: 0.0,
             illuminance: 1.0,
@@ -178,8 +180,9 @@ impl MakeLamp for SkyLight {
             return Ok(lamp(name, self.on, strength, panorama));
         }
         let sun = unit("sun", self.sun)?;
-        let sky = Sky::new(self.model, sun, self.ground).map_err(|e| {
-            let needs_sun = !matches!(self.model, SkyModel::Uniform | SkyModel::Overcast);
+        let model = self.model.unwrap_or(SkyModel::Overcast);
+        let sky = Sky::new(model, sun, self.ground).map_err(|e| {
+            let needs_sun = !matches!(model, SkyModel::Uniform | SkyModel::Overcast);
             Fault::new(if needs_sun && sun.y < 0.0 { "sun" } else { "model" }, e)
         })?;
         let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;

@@ -15,10 +15,12 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::sync::Arc;
 
+use super::sky::SkyModel;
 use super::tint::black_body;
 use super::{Lamp, Light};
 use crate::color::Color;
 use crate::error::Error;
+use crate::fragment::Environment;
 
 /// What is wrong with a light, and in which of its fields.
 #[derive(Debug)]
@@ -100,6 +102,14 @@ impl Entry {
             Entry::SkyLight(light) => light,
             Entry::AmbientLight(light) => light,
         }
+    }
+
+    /// The light as the rest of its scene has it: what it leaves open, the environment may say.
+    pub fn under(mut self, environment: Option<&Environment>) -> Entry {
+        if let (Entry::SkyLight(sky), Some(environment)) = (&mut self, environment) {
+            sky.model = sky.model.or(Some(SkyModel::Blend(environment.overcast)));
+        }
+        self
     }
 }
 
