@@ -122,6 +122,14 @@ fn pictures_that_are_no_panorama_are_refused() {
     let mut narrow = Image::new((3, 2), Window::whole(3, 2));
     narrow.insert("R", Samples::Float(vec![1.0; 6])).unwrap();
     assert!(error("narrow.exr", Some(narrow)).contains("twice as wide as high"));
+    let low = painted(4, |_| Color::WHITE);
+    assert!(error("low.exr", Some(low)).contains("4 rows"));
+    let mut grey = Image::new((16, 8), Window::whole(16, 8));
+    grey.insert("Y", Samples::Float(vec![1.0; 128])).unwrap();
+    assert!(error("grey.exr", Some(grey)).contains("no channel R"));
+    // One pixel as bright as numbers go, beside a sky as dark as numbers go.
+    let wild = painted(8, |d| Color::grey(if d.y < -0.9 { 3e38 } else { 1e-42 }));
+    assert!(error("wild.exr", Some(wild)).contains("too bright"));
     let text = scratch("text.hdr");
     std::fs::write(&text, "no picture").unwrap();
     let fault = Error::from(sky(&text).lamp("", Path::new("")).unwrap_err()).to_string();
@@ -158,4 +166,15 @@ fn real_panoramas_give_an_open_plane_the_lux_that_is_asked() {
         close(sum, 1.0, 0.05);
     }
     assert!(read > 0);
+}
+
+#[test]
+fn a_panorama_of_few_rows_gives_what_one_of_many_gives() {
+    for (rows, brightness) in [(8, 1.0), (9, 1e-30), (16, 1e30), (64, 1.0)] {
+        let path = scratch(&format!("white{rows}.exr"));
+        file::write(&painted(rows, |_| Color::grey(brightness)), &path, Some(32)).unwrap();
+        let panorama = Panorama::read(&path, 0.0).unwrap();
+        let seen = panorama.luminance(DVec3::Y).unwrap();
+        assert!((f64::from(seen.r) * std::f64::consts::PI - 1.0).abs() < 1e-5, "{rows}: {seen:?}");
+    }
 }

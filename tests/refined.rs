@@ -155,9 +155,38 @@ fn what_is_selected_changes_and_nothing_else() {
 }
 
 #[test]
+fn layers_sum_to_the_refined_picture_whatever_lights_it_has() {
+    let image = image();
+    let named = |names: &[&str]| {
+        let lamps =
+            names.iter().map(|name| Lamp::new(*name, true, Color::grey(20.0), bulb().light));
+        let light = illuminate(lamps.collect(), Color::BLACK, Color::BLACK);
+        image.shaded(Arc::new(light)).unwrap()
+    };
+    for [old, new] in [[&["a", "b"][..], &["a"]], [&["a"], &["a", "c"]], [&[], &["a"]]] {
+        let over = picture(&named(old));
+        let made = refined(&over, &named(new), &Select::Region(20, 10, 31, 22));
+        let red = made.float("R").unwrap();
+        let of_layers = |name: &&str| {
+            name.ends_with(".R") && (name.starts_with("light_") || name.starts_with("rest"))
+        };
+        let names: Vec<&str> = made.channels().map(|(name, _)| name).filter(of_layers).collect();
+        for (at, red) in red.iter().enumerate() {
+            let sum: f32 = names.iter().map(|name| made.float(name).unwrap()[at]).sum();
+            assert!((sum - red).abs() < 1e-5, "{old:?} {new:?} {at}: {sum} {red} of {names:?}");
+        }
+    }
+}
+
+#[test]
 fn pictures_that_are_not_alike_are_refused() {
     let image = lit(&image(), Shadows::Off);
     let whole = framing(&image);
+    let moved = Framing { pan: DVec2::new(1.0, 0.0), ..whole.clone() };
+    let over = resolve(&image, RULE, &moved, &channels()).unwrap();
+    let error = refine(&over, &image, RULE, &whole, &channels(), &Select::Traced).unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("pan (1, 0)") && error.contains("pan (0, 0)"), "{error}");
     let part = whole.clone().cut(Window { x: 3, y: 4, width: 20, height: 10 }).unwrap();
     let over = picture(&image);
     let select = Select::Traced;

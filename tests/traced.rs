@@ -14,7 +14,9 @@ use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Seal, Shape, Sides,
 };
-use spandrel_engine::shade::{Illuminate, PictureColors, PictureFrame, Shadows, Trace};
+use spandrel_engine::shade::{
+    Fog, FogHeight, FogLaw, Illuminate, PictureColors, PictureFrame, Shadows, Trace,
+};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::{Accelerator, Voxels};
 use spandrel_engine::visible;
@@ -380,7 +382,7 @@ fn what_a_mirror_shows_is_lit_shadowed_and_fogged_as_everything() {
         let light = illuminate(vec![lamp()], Color::BLACK, Color::BLACK);
         let light = Illuminate { shadows, ..light };
         let lit = image.shaded(Arc::new(light)).unwrap();
-        let fog = spandrel_engine::shade::Fog { density: 0.05, color: Color::BLACK, ..no_fog() };
+        let fog = Fog { density: 0.05, color: Color::BLACK, ..no_fog() };
         let all = traced(&lit, trace()).shaded(Arc::new(fog)).unwrap();
         let picture = shown(&all, &[Channel::Color, Channel::Light]);
         let red = picture.float("R").unwrap();
@@ -485,7 +487,7 @@ fn images_beside_are_seen_in_mirrors_without_the_fog_of_the_others() {
     // Light through black fog is what the fog leaves; the sky's, in mirrors, is not less by its way there.
     let (with, without) = (red(&seen), red(&traced(&lit, trace())));
     assert!(with.iter().sum::<f32>() > without.iter().sum::<f32>() * 1.05);
-    let fog = spandrel_engine::shade::Fog { density: 0.1, color: Color::BLACK, ..no_fog() };
+    let fog = Fog { density: 0.1, color: Color::BLACK, ..no_fog() };
     let [with, without] = [&seen, &traced(&lit, trace())]
         .map(|image| red(&image.shaded(Arc::new(fog.clone())).unwrap()));
     // The floor's middle: 4 m from the eye.
@@ -503,4 +505,92 @@ fn a_picture_put_on_surfaces_is_not_put_on_what_mirrors_show() {
     let white = PictureColors::new(frame, [[1.0; 4]; 16].into_iter()).unwrap();
     let painted = image.shaded(Arc::new(white)).unwrap();
     assert_eq!((red(&painted)[5], red(&traced(&painted, trace()))[5]), (1.0, 0.4));
+}
+
+/// Sheets across the view, one behind the other, and a wall behind them.
+fn sheets(sheet: &Material, count: u32, wall: Option<Material>) -> SpanImage {
+    let across = |z: f64| vec![v(-9.0, -9.0, z), v(9.0, -9.0, z), v(9.0, 9.0, z), v(-9.0, 9.0, z)];
+    let mut parts: Vec<_> =
+        (0..count).map(|i| (across(-1.0 - f64::from(i)), sheet.clone())).collect();
+    parts.extend(wall.map(|wall| (across(-200.0), wall)));
+    spans(&[made("sheets", &parts)], &along(v(0.0, 0.0, -1.0), 0.1, 2))
+}
+
+#[test]
+fn what_is_behind_is_seen_once_however_it_is_let_through() {
+    for (alpha, refract, reflect) in
+        [(1.0, 1.0, 0.0), (0.2, 1.0, 0.0), (0.0, 1.0, 0.0), (0.4, 0.7, 0.3)]
+    {
+        let [reflect, refract] = [reflect, refract].map(Color::grey);
+        let optics = Optics { reflect, refract, index: 1.0, fresnel: false, absorb: Color::BLACK };
+        let mode = if alpha < 1.0 { AlphaMode::Blend } else { AlphaMode::Opaque };
+        let sheet = Material { alpha, alpha_mode: mode, ..with(optics) };
+        let image = sheets(&sheet, 1, Some(plain(Color::WHITE)));
+        // A white world all around: nothing is lost, nothing is added.
+        let white = Trace { background: Color::WHITE, ..trace() };
+        let seen = red(&traced(&image, white))[0];
+        assert!((seen - 1.0).abs() < 1e-6, "alpha {alpha}, refract {refract:?}: {seen}");
+    }
+    // What absorbs two colours lets the background through in the third.
+    let absorb = Color::new(0.0, 5.0, 5.0);
+    let tinted = Optics {
+        refract: Color::WHITE,
+        reflect: Color::BLACK,
+        index: 1.0,
+        absorb,
+        ..Optics::default()
+    };
+    let seen =
+        traced(&sheets(&with(tinted), 1, None), Trace { background: Color::WHITE, ..trace() });
+    let seen = shown(&seen, &[Channel::Color]);
+    assert_eq!(["R", "G"].map(|name| seen.float(name).unwrap()[0]), [1.0, 0.0]);
+}
+
+#[test]
+fn rays_go_through_any_number_of_veils_and_are_not_followed_where_nothing_is_left() {
+    let veil = Material { alpha: 0.01, alpha_mode: AlphaMode::Blend, ..plain(Color::BLACK) };
+    let pane = glass(1.0);
+    let across = |z: f64| vec![v(-9.0, -9.0, z), v(9.0, -9.0, z), v(9.0, 9.0, z), v(-9.0, 9.0, z)];
+    let mut parts = vec![(across(-0.5), pane), (across(-90.0), plain(Color::WHITE))];
+    parts.extend((1..80).map(|i| (across(-f64::from(i)), veil.clone())));
+    let image = spans(&[made("veils", &parts)], &along(v(0.0, 0.0, -1.0), 0.1, 2));
+    let seen = red(&traced(&image, trace()))[0];
+    assert!((seen - 0.99f32.powi(79)).abs() < 1e-4, "{seen}");
+    // Red is mirrored, the rest is let through: of what did both nothing is left.
+    let optics = Optics {
+        reflect: Color::new(1.0, 0.0, 0.0),
+        refract: Color::new(0.0, 1.0, 1.0),
+        index: 1.0,
+        fresnel: false,
+        absorb: Color::BLACK,
+    };
+    let image = sheets(&with(optics), 20, Some(plain(Color::WHITE)));
+    let image = traced(&image, Trace { depth: 20, ..trace() });
+    let rays = shown(&image, &[Channel::Color]).counts["rays"];
+    assert!(rays < 4 * 22 * 2, "{rays}");
+}
+
+#[test]
+fn fog_goes_on_behind_a_mirror_where_it_was_before_it() {
+    // A wall behind the camera in a mirror, and as far ahead without one.
+    let across =
+        |z: f64| vec![v(-90.0, -90.0, z), v(90.0, -90.0, z), v(90.0, 90.0, z), v(-90.0, 90.0, z)];
+    let wall = plain(Color::new(1.0, 0.5, 0.25));
+    let mirrored = [(across(-6.0), mirror()), (turned(across(30.0)), wall.clone())];
+    let ahead = [(across(-42.0), wall)];
+    let eye = along(v(0.0, 0.0, -1.0), 0.1, 2);
+    let [mirrored, ahead] = [&mirrored[..], &ahead].map(|parts| spans(&[made("all", parts)], &eye));
+    let mirrored = traced(&mirrored, trace());
+    let air = Fog { density: 0.03, color: Color::grey(0.7), ..no_fog() };
+    for law in [FogLaw::Exponential, FogLaw::Squared, FogLaw::Linear(70.0), FogLaw::Linear(50.0)] {
+        for start in [0.0, 13.0, 26.0, 40.0, 90.0] {
+            for height in [None, Some(FogHeight { level: 0.5, falloff: 3.0 })] {
+                let fog = Fog { law, start, height, ..air.clone() };
+                let seen =
+                    |image: &SpanImage| red(&image.shaded(Arc::new(fog.clone())).unwrap())[0];
+                let [a, b] = [&mirrored, &ahead].map(seen);
+                assert!((a - b).abs() < 1e-5, "{law:?} from {start}, {height:?}: {a} {b}");
+            }
+        }
+    }
 }

@@ -1,5 +1,7 @@
 //! `spandrel info`: what is in a file, and what is wrong with it.
 
+use spandrel_engine::color::Color;
+use spandrel_engine::fragment::Optics;
 use spandrel_engine::graph::document::Document as GraphDocument;
 use spandrel_engine::scene::examine::{Fault, examine};
 use spandrel_engine::scene::read::{self, ReadOptions};
@@ -170,6 +172,17 @@ fn scene(path: &Path) -> Result<String> {
             let mut line = format!("  \"{name}\": color ({r:.3}, {g:.3}, {b:.3})");
             if material.alpha_mode != AlphaMode::Opaque {
                 let _ = write!(line, ", alpha {} ({:?})", material.alpha, material.alpha_mode);
+            }
+            if material.finish.shines() {
+                let _ = write!(line, ", {:?}", material.finish.gloss);
+            }
+            if let Some(optics) = material.finish.optics {
+                let Optics { reflect, refract, index, .. } = optics;
+                let shares = |color: Color| color.to_array().map(|v| format!("{v:.3}")).join(", ");
+                let _ = write!(line, ", mirrors ({})", shares(reflect));
+                if refract != Color::BLACK {
+                    let _ = write!(line, ", refracts ({}) by {index}", shares(refract));
+                }
             }
             for (what, map) in &material.maps {
                 let _ = write!(line, ", {what} from {:?}", map.picture);

@@ -59,6 +59,11 @@ impl Color {
         0.2126 * self.r + 0.7152 * self.g + 0.0722 * self.b
     }
 
+    /// The greatest component.
+    pub fn greatest(self) -> f32 {
+        self.r.max(self.g).max(self.b)
+    }
+
     /// Whether every component is a finite number.
     pub fn is_finite(self) -> bool {
         self.to_array().iter().all(|v| v.is_finite())

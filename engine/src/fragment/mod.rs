@@ -85,7 +85,9 @@ pub struct Sight {
     /// How many surfaces the way from the camera has turned at.
     pub turns: u32,
     /// How much of what is seen counts in the picture, 1 where it is all.
-    pub weight: Vec<f32>,
+    pub weight: Vec<Color>,
+    /// The way that light goes on from the ray's start to the camera, in metres.
+    pub before: Vec<f64>,
     /// The width of what the ray stands for where it meets the surface, in metres.
     pub width: Vec<f32>,
 }
@@ -344,6 +346,11 @@ pub trait Shader: Send + Sync + Debug {
     /// The names of the [layers](Fragments::layers) that it makes.
     fn layers(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// The illuminance in lux under which a white surface shows 1, if it is the one that lights them.
+    fn white(&self) -> Option<f32> {
+        None
     }
 
     /// Changes the fragments' columns. Every column in [`reads`](Shader::reads), and the colour, is

@@ -175,7 +175,10 @@ fn visit_value(schema: &Json, value: &Json, found: &mut dyn FnMut(Leaf)) {
     }
     if let Some(number) = value.as_f64() {
         let (low, high) = (bound(schema, "minimum"), bound(schema, "maximum"));
-        if low.is_some_and(|low| number < low) || high.is_some_and(|high| number > high) {
+        // A number of single precision may be its own bound, rounded.
+        let below = |a: f64, b: f64| a < b && (a as f32) < (b as f32);
+        if low.is_some_and(|low| below(number, low)) || high.is_some_and(|high| below(high, number))
+        {
             found(Leaf::OutOfRange(format!("{number} is out of range: {}", words(schema))));
         }
     }

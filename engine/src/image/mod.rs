@@ -80,6 +80,8 @@ pub struct Image {
     channels: BTreeMap<String, Samples>,
     /// What ids mean.
     pub names: BTreeMap<u32, String>,
+    /// How it was resolved, if it was: pictures that differ in it have not the same pixels.
+    pub how: Option<String>,
     /// What was done to make it, counted.
     pub counts: BTreeMap<&'static str, u64>,
 }
@@ -87,8 +89,8 @@ pub struct Image {
 impl Image {
     /// A picture without channels.
     pub fn new(size: (u32, u32), window: Window) -> Image {
-        let (channels, names, counts) = Default::default();
-        Image { size, window, channels, names, counts }
+        let (channels, names, how, counts) = Default::default();
+        Image { size, window, channels, names, how, counts }
     }
 
     /// Adds or replaces a channel.

@@ -20,6 +20,9 @@ use crate::trace::Toward;
 /// The greatest height of a panorama that is kept; larger ones are reduced by whole factors.
 const MOST_ROWS: u32 = 512;
 
+/// The least height of a panorama: less tells no directions apart.
+const LEAST_ROWS: u32 = 8;
+
 /// Rows of the coarser panorama of which irradiance is summed.
 const COARSE: usize = 64;
 
@@ -58,6 +61,12 @@ impl Panorama {
                 "{width} by {height} pixels: a panorama of all directions is twice as wide as high"
             )));
         }
+        if height < LEAST_ROWS {
+            return Err(fault(format!("{height} rows: a panorama needs {LEAST_ROWS} or more")));
+        }
+        if let Some(name) = ["R", "G", "B"].into_iter().find(|name| picture.float(name).is_none()) {
+            return Err(fault(format!("it has no channel {name}: a panorama has R, G and B")));
+        }
         let pixels: Vec<[f32; 4]> = picture.pixels().collect();
         let is_finite = |[r, g, b, _]: &[f32; 4]| [r, g, b].iter().all(|v| v.is_finite());
         if let Some(at) = pixels.iter().position(|pixel| !is_finite(pixel)) {
@@ -80,10 +89,17 @@ impl Panorama {
         let made =
             Panorama { width: 2 * rows, colors: colors.into(), turn, tables: OnceLock::new() };
         let open = made.horizontal();
-        if !(open > 0.0 && open.is_finite()) {
+        if open <= 0.0 {
             return Err(fault("nothing of its upper half shines".to_owned()));
         }
-        let colors = made.colors.iter().map(|color| *color * (1.0 / open) as f32).collect();
+        let scaled = |v: f32| (f64::from(v) / open) as f32;
+        let colors: Arc<[Color]> =
+            made.colors.iter().map(|c| Color::new(scaled(c.r), scaled(c.g), scaled(c.b))).collect();
+        if !colors.iter().all(|color| color.is_finite()) {
+            return Err(fault(
+                "its brightest pixels are too bright beside its upper half".to_owned(),
+            ));
+        }
         Ok(Panorama { colors, ..made })
     }
 
@@ -116,9 +132,10 @@ impl Panorama {
     fn horizontal(&self) -> f64 {
         let width = self.width as usize;
         let row = |y: usize| {
-            let up = math::cos(PI * (y as f64 + 0.5) / self.rows() as f64);
-            let light: f64 = self.colors[y * width..][..width].iter().map(|c| grey(*c)).sum();
-            light * up * self.solid(y)
+            // The integral of the cosine over a pixel of the row, down to the horizon.
+            let edge = |row: usize| math::cos(PI * row as f64 / self.rows() as f64).max(0.0);
+            let up = (edge(y) * edge(y) - edge(y + 1) * edge(y + 1)) / 2.0 * TAU / width as f64;
+            self.colors[y * width..][..width].iter().map(|c| grey(*c)).sum::<f64>() * up
         };
         (0..self.rows().div_ceil(2)).map(row).sum()
     }
@@ -163,7 +180,7 @@ impl Panorama {
 }
 
 fn grey(color: Color) -> f64 {
-    f64::from(color.r + color.g + color.b) / 3.0
+    (f64::from(color.r) + f64::from(color.g) + f64::from(color.b)) / 3.0
 }
 
 #[typetag::serde(name = "Panorama")]

@@ -123,22 +123,41 @@ pub fn refine(
         let ((w, h), Raster { width, height }) = (over.size, size);
         return Err(Error::invalid(format!(
             "the picture to refine has {w} by {h} pixels, of which {} are here; what is refined has \
-             {width} by {height}, and {}: both must be resolved alike",
+             {width} by {height}, and {}: give `size`, `scale` and `window` as its Resolve has them",
             over.window,
             framing.window(),
         )));
     }
+    let window = framing.window();
     let selected = select.of(image);
     let (mut picture, touched) = paint(image, rule, framing, channels, Some(&selected))?;
+    if let (Some(old), Some(new)) = (&over.how, &picture.how)
+        && old != new
+    {
+        return Err(Error::invalid(format!(
+            "the picture to refine was resolved with {old}; what is refined with {new}: both must be alike"
+        )));
+    }
     let mut refined = over.clone();
     refined.counts = std::mem::take(&mut picture.counts);
     refined
         .counts
         .insert("pixels refined", touched.iter().filter(|is_touched| **is_touched).count() as u64);
     refined.names.append(&mut picture.names);
+    // A layer that only one of them has is black in the other.
+    let black = Samples::Float(vec![0.0; window.area()]);
+    for (name, known) in over.channels().filter(|(name, _)| is_layer(name)) {
+        if let (None, Samples::Float(old)) = (picture.channel(name), known) {
+            let black = vec![0.0; old.len()];
+            refined.insert(name, Samples::Float(chosen(old, &black, &touched)))?;
+        }
+    }
     for (name, samples) in picture.channels() {
-        let known = over.channel(name).ok_or_else(|| {
-            Error::invalid(format!("the picture to refine has no channel {name}"))
+        let known = over.channel(name).or_else(|| is_layer(name).then_some(&black));
+        let known = known.ok_or_else(|| {
+            Error::invalid(format!(
+                "the picture to refine has no channel {name}: write both with the same `channels`"
+            ))
         })?;
         let blended = match (known, samples) {
             (Samples::Float(old), Samples::Float(new)) => {
@@ -150,6 +169,11 @@ pub fn refine(
         refined.insert(name, blended)?;
     }
     Ok(refined)
+}
+
+/// Whether a channel is of a light's layer.
+fn is_layer(channel: &str) -> bool {
+    channel.starts_with("light_")
 }
 
 fn chosen<T: Copy>(old: &[T], new: &[T], is_new: &[bool]) -> Vec<T> {
@@ -248,6 +272,11 @@ fn paint(
         .collect();
     let size = Framing::size(raster, framing.scale)?;
     let mut picture = Image::new((size.width, size.height), window);
+    let Framing { scale, pan, vertical, filter, .. } = framing;
+    picture.how = Some(format!(
+        "lines {rule:?}, scale ({}, {}), pan ({}, {}), vertical {vertical:?}, filter {filter:?}",
+        scale.x, scale.y, pan.x, pan.y
+    ));
     let groups = [
         (Channel::Color, &["R", "G", "B", "A"][..], Vec::from(color)),
         (Channel::N, &["N.X", "N.Y", "N.Z"], Vec::from(normal)),

@@ -13,7 +13,7 @@ use crate::span::{FaceId, SpanImage};
 /// Which fragments are selected.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Select {
-    /// Those of objects by name, as the channel `id` has them; `*` stands for anything.
+    /// Those of objects by name, with or without that of their scene before it; `*` stands for anything.
     Objects(Vec<String>),
     /// Those of faces, by their numbers in the scene of a name.
     Faces(BTreeMap<String, BTreeSet<u32>>),
@@ -47,7 +47,8 @@ impl Select {
                 selected.faces[id] = match self {
                     Select::Objects(names) => {
                         let object = source.object(face.ordinal);
-                        names.iter().any(|name| fits(name, &object))
+                        let within = object.split_once('/').map_or("", |(_, within)| within);
+                        names.iter().any(|name| fits(name, &object) || fits(name, within))
                     }
                     Select::Faces(faces) => {
                         let numbers = faces.get(&source.label);

@@ -61,26 +61,33 @@ impl FogHeight {
 }
 
 impl Fog {
-    /// The share of light that is left after a way between two heights.
-    fn through(&self, way: f64, from: f64, to: f64) -> f32 {
+    /// The share of light that is left after a way between two heights, of what goes on for a way `before` it
+    /// is seen.
+    fn through(&self, way: f64, heights: [f64; 2], before: f64) -> f32 {
         let start = f64::from(self.start);
-        let rest = (way - start).max(0.0);
+        // What of both ways lies behind the start.
+        let gone = (before - start).max(0.0);
+        let rest = (way - (start - before).max(0.0)).max(0.0);
         if let FogLaw::Linear(end) = self.law {
-            let end = f64::from(end);
-            return if end > start { (1.0 - rest / (end - start)).max(0.0) as f32 } else { 0.0 };
+            let left = |way: f64| (1.0 - way / (f64::from(end) - start)).max(0.0);
+            let (first, both) = (left(gone), left(gone + rest));
+            return if f64::from(end) > start && first > 0.0 { (both / first) as f32 } else { 0.0 };
         }
-        let rest = match &self.height {
-            // Only the part behind the start counts.
+        let [from, to] = heights;
+        let thinned = match &self.height {
             Some(height) if rest > 0.0 => {
-                height.thinned(rest, from + (to - from) * (start / way), to)
+                height.thinned(rest, from + (to - from) * ((way - rest) / way), to)
             }
             _ => rest,
         };
-        let depth = (f64::from(self.density) * rest) as f32;
-        match self.law {
-            FogLaw::Squared => math::expf(-depth * depth),
-            _ => math::expf(-depth),
-        }
+        let depth = f64::from(self.density) * thinned;
+        let depth = match self.law {
+            // What the way on adds counts as if it were as thick there.
+            FogLaw::Squared if rest > 0.0 => depth * depth * (1.0 + 2.0 * gone / rest),
+            FogLaw::Squared => 0.0,
+            _ => depth,
+        };
+        math::expf(-depth as f32)
     }
 }
 
@@ -98,7 +105,8 @@ impl Shader for Fog {
         let mut all = Vec::with_capacity(fragments.len());
         for i in 0..fragments.len() {
             let (from, along, way) = fragments.way(i);
-            let through = self.through(way, from.y, from.y + along.y * way);
+            let before = fragments.sight.as_ref().map_or(0.0, |sight| sight.before[i]);
+            let through = self.through(way, [from.y, from.y + along.y * way], before);
             let color = match &self.sky {
                 Some((lamp, white)) => {
                     let luminance = lamp.light.luminance(along).unwrap_or(Color::BLACK);

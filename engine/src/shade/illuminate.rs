@@ -115,6 +115,10 @@ impl Shader for Illuminate {
         Columns::COLOR
     }
 
+    fn white(&self) -> Option<f32> {
+        Some(self.white)
+    }
+
     fn layers(&self) -> Vec<String> {
         self.lamps.iter().map(|lamp| lamp.name.clone()).collect()
     }
@@ -364,7 +368,7 @@ impl<'a> Lighting<'a> {
         let is_spread = self.light.toward().is_some() && self.samples > 1;
         let spread = Spread::new(if is_spread { self.batch.pieces(i) } else { Vec::new() });
         // What counts for little in the picture, as mirrored light does, takes as little of the samples.
-        let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i]);
+        let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i].greatest());
         let samples = ((self.samples as f32 * weight).ceil() as u32).clamp(1, self.samples);
         let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
         let mut spread_of = Deviation::default();

@@ -24,8 +24,11 @@ use crate::trace::{Accelerator, Casters, Finder, Hit, Ray};
 /// Rays that count for less in the picture are not followed.
 const LEAST: f32 = 1e-3;
 
-/// The most translucent surfaces that a ray goes through.
-const MOST_LAYERS: usize = 64;
+/// The most translucent surfaces that a ray goes through: so many that next to nothing is left.
+const MOST_LAYERS: usize = 4096;
+
+/// Rays that are followed together, about: what they meet is held at once.
+const SLICE: usize = 1 << 16;
 
 /// Follows rays from surfaces whose [`Optics`] mirror or refract.
 ///
@@ -54,7 +57,7 @@ struct Followed {
     /// The share of what it finds that the fragment shows.
     share: Color,
     /// How much a fragment counts in the picture that shows all that its rays of this kind find.
-    weight: f32,
+    weight: Color,
     /// What the space that it goes through takes of light, per metre.
     absorb: Color,
     /// The plane that it starts on.
@@ -95,53 +98,65 @@ impl Shader for Trace {
         let turns = fragments.sight.as_ref().map_or(0, |sight| sight.turns);
         let Some(world) = around.world.filter(|_| turns < self.depth) else { return };
         let mut mirrored = vec![Color::BLACK; fragments.len()];
-        let rays = self.rays(fragments, around.batch, &mut mirrored);
-        if rays.is_empty() {
-            return;
+        let mut shown: Option<Shown> = None;
+        let mut next = 0;
+        while next < fragments.len() {
+            let key = self.key(world, around, next);
+            let rays = self.rays(fragments, around.batch, &mut mirrored, &mut next);
+            if rays.is_empty() {
+                continue;
+            }
+            let met = self.meet(&rays, fragments, world, around.batch, key);
+            let shown = shown.get_or_insert_with(|| Shown::new(fragments));
+            self.show(&rays, &met, fragments, (world, around, key), shown);
         }
-        let key = self.key(world, around);
-        let met = self.meet(&rays, fragments, world, around.batch, key);
-        let shown = self.show(&rays, &met, fragments, world, around, key);
-        blend(fragments, &mirrored, shown);
+        if let Some(shown) = shown {
+            blend(fragments, &mirrored, shown);
+        }
     }
 }
 
 impl Trace {
     /// What is kept of rays depends on this, beside the fragments that they start from.
-    fn key(&self, world: &World, around: &Around<'_>) -> Key {
+    fn key(&self, world: &World, around: &Around<'_>, first: usize) -> Key {
         let mut key = KeyHasher::new("trace");
-        key.value(&(self.rays, self.depth)).key(world.geometry());
+        key.value(&(self.rays, self.depth, first)).key(world.geometry());
         around.changes_before().for_each(|stage| {
             key.key(stage.key());
         });
         key.finish()
     }
 
-    /// The rays of all fragments, and by fragment the share that is mirrored.
+    /// The rays of fragments from the `next` on, a slice of them, and by fragment the share that is
+    /// mirrored.
     fn rays(
         &self,
         fragments: &Fragments<'_>,
         batch: &dyn Batch,
         mirrored: &mut [Color],
+        next: &mut usize,
     ) -> Vec<Followed> {
         let is_first = fragments.sight.is_none();
         let count = if is_first { self.rays.max(1) } else { 1 };
         let mut rays = Vec::new();
-        for (i, mirrored) in mirrored.iter_mut().enumerate() {
+        while *next < fragments.len() && rays.len() < SLICE {
+            let (i, mirrored) = (*next, &mut mirrored[*next]);
+            *next += 1;
             let finish = fragments.finish[i];
             let Some(optics) = finish.optics else { continue };
             let spread = Spread::new(if count > 1 { batch.pieces(i) } else { Vec::new() });
             let pattern = Pattern::of(fragments, i);
             let surface = Surface::new(fragments, i, &finish);
             let plane = (surface.facing, fragments.position[i]);
-            let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i]);
+            let weight = fragments.sight.as_ref().map_or(Color::WHITE, |sight| sight.weight[i]);
             let share = 1.0 / count as f32;
+            let alpha = fragments.alpha[i];
             // The space in front of the seen side, and the one behind it.
             let spaces = match fragments.sees_front[i] {
                 true => [Color::BLACK, optics.absorb],
                 false => [optics.absorb, Color::BLACK],
             };
-            let counts = |part: Color| greatest(part) * weight > LEAST;
+            let counts = |part: Color| (part * weight).greatest() > LEAST;
             for k in 0..count {
                 let beside = spread.on_plane(pattern.at(k), fragments, i, surface.facing);
                 let origin = beside.unwrap_or(fragments.position[i]);
@@ -153,7 +168,7 @@ impl Trace {
                         origin,
                         direction,
                         share: part * share,
-                        weight: weight * greatest(part),
+                        weight: weight * part,
                         absorb,
                         plane,
                     });
@@ -163,8 +178,10 @@ impl Trace {
                     *mirrored = *mirrored + turned.reflect * share;
                     follow(turned.mirrored, turned.reflect, spaces[0]);
                 }
-                if let Some(refracted) = turned.refracted.filter(|_| counts(turned.refract)) {
-                    follow(refracted, turned.refract, spaces[1]);
+                // What is behind is seen past the surface where it hides nothing, and through it where it does.
+                let refract = turned.refract * alpha;
+                if let Some(refracted) = turned.refracted.filter(|_| counts(refract)) {
+                    follow(refracted, refract, spaces[1]);
                 }
             }
         }
@@ -192,6 +209,7 @@ impl Trace {
         for (number, followed) in rays.iter().enumerate() {
             let ray = Ray::new(followed.origin, followed.direction, f64::INFINITY);
             let mut last = (0.0, 0, 0);
+            let mut left = followed.weight.greatest();
             for _ in 0..MOST_LAYERS {
                 let Some((at, hit)) = nearest(&finders, &ray, followed.plane, last) else { break };
                 last = (hit.t, at, hit.piece);
@@ -203,18 +221,17 @@ impl Trace {
                 let Some(seen) = surfaces.met(known.face, sees_front, position) else { continue };
                 // A seal that lets something through shows the face that it lies on.
                 let below = (seen != known.face).then_some(known.face);
-                let mut is_solid = false;
                 for ordinal in std::iter::once(seen).chain(below) {
                     let (ray, caster) = (number as u32, at as u32);
                     all.push(Met { ray, caster, ordinal, sees_front, way: hit.t as f32, position });
                     let one = || Fragments::one(fragments.view, ordinal, sees_front, position);
-                    is_solid = (ordinal == known.face && known.opacity == 1.0)
-                        || one().first_alpha(surfaces) >= 1.0;
-                    if is_solid {
+                    let is_solid = ordinal == known.face && known.opacity == 1.0;
+                    left *= if is_solid { 0.0 } else { 1.0 - one().first_alpha(surfaces) };
+                    if left == 0.0 {
                         break;
                     }
                 }
-                if is_solid {
+                if left <= LEAST {
                     break;
                 }
             }
@@ -230,10 +247,9 @@ impl Trace {
         rays: &[Followed],
         met: &[Met],
         fragments: &Fragments<'_>,
-        world: &World,
-        around: &Around<'_>,
-        key: Key,
-    ) -> Shown {
+        (world, around, key): (&World, &Around<'_>, Key),
+        shown: &mut Shown,
+    ) {
         let members: Vec<usize> = world.casters().map(|(member, _)| member).collect();
         let mut groups: Vec<Group<'_>> = Vec::new();
         for (place, met) in met.iter().enumerate() {
@@ -257,7 +273,6 @@ impl Trace {
                 places[*place] = (at, i);
             }
         }
-        let mut shown = Shown::new(fragments);
         let mut next = 0;
         for (number, ray) in rays.iter().enumerate() {
             let mut left = ray.share;
@@ -269,12 +284,11 @@ impl Trace {
                 left = left * (1.0 - seen.alpha[i]);
                 next += 1;
             }
-            // Through what absorbs, nothing comes from infinitely far.
-            if greatest(left) > 0.0 && ray.absorb == Color::BLACK {
+            let left = left * absorbed(ray.absorb, f32::INFINITY);
+            if left.greatest() > 0.0 {
                 shown.add_rest(ray.fragment, left * self.beyond(ray.direction));
             }
         }
-        shown
     }
 
     /// What is seen in a direction where nothing is.
@@ -287,10 +301,6 @@ impl Trace {
             None => self.background,
         }
     }
-}
-
-fn greatest(color: Color) -> f32 {
-    color.r.max(color.g).max(color.b)
 }
 
 fn absorbed(absorb: Color, way: f32) -> Color {
@@ -397,10 +407,13 @@ impl Group<'_> {
             Some(sight) => f64::from(sight.width[i]),
             None => view.pixel_width(view.distance(from.depth[i])).0,
         };
+        let (_, _, last) = from.way(i);
+        let before = from.sight.as_ref().map_or(0.0, |sight| sight.before[i]) + last;
         if let Some(sight) = &mut fragments.sight {
             sight.from.push(ray.origin);
             sight.weight.push(ray.weight);
             sight.width.push((seen_from + way * view.pixel_width(0.0).1) as f32);
+            sight.before.push(before);
         }
         self.places.push(place);
     }
@@ -484,13 +497,13 @@ fn blend(fragments: &mut Fragments<'_>, mirrored: &[Color], shown: Shown) {
     // By fragment: the factors of its own colour, and of what rays show.
     let factors: Vec<(Color, f32)> = (0..count)
         .map(|i| {
-            let alpha = fragments.alpha[i];
-            if mirrored[i] == Color::BLACK || alpha >= 1.0 {
-                return (one(mirrored[i]), 1.0);
+            let (own, alpha) = (one(mirrored[i]), fragments.alpha[i]);
+            if alpha >= 1.0 {
+                return (own, 1.0);
             }
-            let hides = 1.0 - (1.0 - alpha) * (1.0 - greatest(mirrored[i]).min(1.0));
+            let hides = 1.0 - (1.0 - alpha) * (1.0 - mirrored[i].greatest().min(1.0));
             fragments.alpha[i] = hides;
-            (one(mirrored[i]) * (alpha / hides), 1.0 / hides)
+            if hides > 0.0 { (own * (alpha / hides), 1.0 / hides) } else { (own, 0.0) }
         })
         .collect();
     let mix = |i: usize, own: Color, shown: Color| own * factors[i].0 + shown * factors[i].1;

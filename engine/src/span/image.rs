@@ -11,7 +11,7 @@ use super::{Again, Face, FaceId, Memo, OnLine, Probe, Source, Stage, Union};
 use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Environment, Member, Shader, Shading, World};
+use crate::fragment::{Columns, Environment, Member, Shader, Shading, World};
 use crate::raster::{LinePlan, Rows};
 
 /// The opaque spans of a range of rows.
@@ -151,6 +151,30 @@ impl SpanImage {
     /// What the scenes say of their surroundings: the first source's whose scene says anything.
     pub fn environment(&self) -> Option<&Environment> {
         self.sources.iter().find_map(|source| source.surfaces.environment())
+    }
+
+    /// All that was done to the colours of its sources, the last first.
+    pub fn shaders(&self) -> impl Iterator<Item = &dyn Shader> {
+        self.sources.iter().flat_map(|source| {
+            source.stack.iter().rev().filter_map(|stage| match stage {
+                Stage::Shade(shading) => Some(&**shading.shader()),
+                Stage::Place(_) | Stage::Kept(_) => None,
+            })
+        })
+    }
+
+    /// The illuminance in lux under which a white surface shows 1, if it is lit.
+    pub fn white(&self) -> Option<f32> {
+        self.shaders().find_map(Shader::white)
+    }
+
+    /// Whether rays start from any of its faces, if they are to be followed.
+    pub fn is_mirroring(&self) -> bool {
+        let starts = |source: &Arc<Source>| {
+            let mut faces = source.faces.faces().iter();
+            faces.any(|face| source.surfaces.varying(face.ordinal).contains(Columns::TRACED))
+        };
+        self.sources.iter().any(starts)
     }
 
     /// The opaque spans.

@@ -104,7 +104,9 @@ impl Grid {
         // A flat scene has a box without depth.
         let extent = high - low;
         let least = (extent.max_element() * 1e-6).max(1e-30);
-        let pad = DVec3::from_array([0, 1, 2].map(|i| if extent[i] < least { least } else { 0.0 }));
+        // Faces on the border are met on their very edges too.
+        let pad = |i: usize| if extent[i] < least { least } else { extent[i] * MARGIN };
+        let pad = DVec3::from_array([0, 1, 2].map(pad));
         let (low, high) = (low - pad, high + pad);
         let counts = match voxels.size {
             None => voxels.cells.into(),

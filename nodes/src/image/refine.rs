@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Image, Window};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{self, Filter, Framing, Rate, Rule, Select, Vertical};
 use spandrel_engine::span::SpanImage;
@@ -20,9 +20,9 @@ pub struct Refine {
     pub over: Link<Image>,
     /// The image that it was resolved from, shaded better.
     pub image: Link<SpanImage>,
-    /// What is computed anew: `Objects(["table/*"])` by the names of the channel `id`, where `*` stands for
-    /// anything; `Faces({"scene.ron": [3, 4]})` by their numbers; `Region(left, top, width, height)` in pixels;
-    /// `Traced`, what rays start from.
+    /// What is computed anew: `Objects(["table/*"])` by the names of objects (`spandrel info` of the scene lists
+    /// them), with or without the scene's before it, where `*` stands for anything; `Faces({"scene.ron": [3, 4]})`
+    /// by their numbers; `Region(left, top, width, height)` in pixels; `Traced`, what rays start from.
     pub select: Select,
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.
     pub size: (u32, u32),
@@ -32,6 +32,8 @@ pub struct Refine {
     pub scale: (f64, f64),
     /// Moves the scene right and down, as in `Resolve`.
     pub pan: (f64, f64),
+    /// The part to compute, as in `Resolve`.
+    pub window: Option<(u32, u32, u32, u32)>,
     /// Which lines a scaled row takes, as in `Resolve`.
     pub vertical: Vertical,
     /// How much what lies beside a pixel's centre counts, as in `Resolve`.
@@ -50,6 +52,7 @@ impl Default for Refine {
             lines: Rule::Sloped(8),
             scale: (1.0, 1.0),
             pan: (0.0, 0.0),
+            window: None,
             vertical: Vertical::Fractions,
             filter: Filter::Box,
             shading: Rate::Pixel,
@@ -59,7 +62,8 @@ impl Default for Refine {
 
 impl Refine {
     fn framing(&self, wanted: &Picture) -> Result<(Raster, Framing)> {
-        let (raster, framing) = wanted.framing(self.size, self.scale, None)?;
+        let window = self.window.map(|(x, y, width, height)| Window { x, y, width, height });
+        let (raster, framing) = wanted.framing(self.size, self.scale, window)?;
         let Refine { vertical, filter, shading, .. } = *self;
         Ok((raster, Framing { pan: self.pan.into(), vertical, filter, shading, ..framing }))
     }
@@ -94,8 +98,30 @@ impl Node for Refine {
         let channels = &wanted.channels;
         let refined = resolve::refine(&over, &image, self.lines, &framing, channels, &self.select)?;
         if refined.counts.get("pixels refined") == Some(&0) {
-            inputs.warn("nothing that is selected is seen: the picture stays as it is");
+            let names = some_objects(&image);
+            inputs.warn(&format!(
+                "nothing that is selected is seen: the picture stays as it is. There are {names}"
+            ));
         }
         Ok(refined)
     }
+}
+
+/// The names of the first objects of an image.
+fn some_objects(image: &SpanImage) -> String {
+    const MOST: usize = 12;
+    let faces = image
+        .sources()
+        .iter()
+        .flat_map(|source| source.faces.faces().iter().map(|face| source.object(face.ordinal)));
+    let mut names: Vec<String> = Vec::new();
+    for name in faces {
+        if names.last() != Some(&name) && !names.contains(&name) {
+            if names.len() == MOST {
+                return format!("{} and more", names.join(", "));
+            }
+            names.push(name);
+        }
+    }
+    if names.is_empty() { "no objects".to_owned() } else { names.join(", ") }
 }

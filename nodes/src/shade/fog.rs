@@ -25,9 +25,10 @@ pub struct Fog {
     pub color: Color,
     /// A SkyLight whose brightness the fog has in each direction, instead of a colour.
     pub sky: Option<Link<Lamps>>,
-    /// With `sky`, the illuminance in lux under which a white surface shows 1, as in `Illuminate`.
+    /// With `sky`, the illuminance in lux under which a white surface shows 1. Absent, that of the `Illuminate`
+    /// that lit the image; if none did, 1.
     #[schemars(range(min = 1e-9, max = 1e9))]
-    pub white: f32,
+    pub white: Option<f32>,
     /// The way in metres that is free of fog.
     #[schemars(range(min = 0.0))]
     pub start: f32,
@@ -47,7 +48,7 @@ impl Default for Fog {
             density: None,
             color: Color::grey(0.6),
             sky: None,
-            white: 1.0,
+            white: None,
             start: 0.0,
             law: FogLaw::Exponential,
             falloff: None,
@@ -85,12 +86,15 @@ impl Node for Fog {
     }
 
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
-        let sky = match &self.sky {
-            Some(link) => Some((inputs.get(link).sky(link.target())?, self.white)),
-            None => None,
-        };
         let height = self.falloff.map(|falloff| FogHeight { level: self.level, falloff });
         let image = inputs.get(&self.image);
+        let sky = match &self.sky {
+            Some(link) => {
+                let white = self.white.or(image.white()).unwrap_or(1.0);
+                Some((inputs.get(link).sky(link.target())?, white))
+            }
+            None => None,
+        };
         let known = image.environment().map(|environment| environment.fog as f32);
         let density = self.density.or(known).unwrap_or(0.01);
         let Fog { color, start, law, .. } = *self;

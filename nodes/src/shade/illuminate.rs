@@ -34,11 +34,12 @@ pub struct Illuminate {
     #[schemars(range(min = 1e-9, max = 1e9))]
     pub white: f32,
     /// How shadows are found: `Off`; `Volumes`, exact for light from one place, by rays for other light;
-    /// `Rays(n)`, n rays to each light, spread over the pixel and the light.
+    /// `Analytic`, as `Volumes`, and exact for panels, bodies and tubes too where not too much stands before
+    /// them; `Rays(n)`, n rays to each light, spread over the pixel and the light.
     /// Absent, `Volumes` if the scene's `environment` wants shadows, else none.
     pub shadows: Option<Shadows>,
-    /// With `Volumes`, rays to each light that is not in one place; and how finely such lights are seen in
-    /// gloss.
+    /// With `Volumes`, rays to each light that is not in one place; with `Analytic`, to those that cannot be
+    /// cut; and with all, how finely such lights are seen in gloss.
     #[schemars(range(min = 1, max = 4096))]
     pub samples: u32,
     /// What the search for shadow volumes leaves out; the picture is the same. `candidates`: `Shafts`, by a tree
@@ -99,6 +100,12 @@ impl Node for Illuminate {
                 };
                 lamps.push(lamp.named(name));
             }
+        }
+        if image.shaders().any(|shader| shader.typetag_name() == "Trace") {
+            inputs.warn(
+                "the image is traced already: its lights fall on what mirrors show. Put Trace after \
+                 Illuminate",
+            );
         }
         let environment = image.environment();
         let above = self.ambient.or(environment.map(|known| known.ambient));

@@ -32,11 +32,13 @@ pub struct Trace {
     pub background: Option<Color>,
     /// A SkyLight that they show instead.
     pub sky: Option<Link<Lamps>>,
-    /// With `sky`, the illuminance in lux under which a white surface shows 1, as in `Illuminate`.
+    /// With `sky`, the illuminance in lux under which a white surface shows 1. Absent, that of the `Illuminate`
+    /// that lit the image; if none did, 1.
     #[schemars(range(min = 1e-9, max = 1e9))]
-    pub white: f32,
-    /// How rays find what they meet: `Tree`, or `Grid(cells: (32, 32, 32))`, voxels that are stepped
-    /// through. The picture is the same.
+    pub white: Option<f32>,
+    /// How rays find what they meet: `Tree`; or `Grid(cells: (32, 32, 32))`, voxels that are stepped through,
+    /// `Grid(size: 2.0)`, voxels of so many metres, each in all of the scene or in a
+    /// `window: ((-1, 0, -1), (1, 2, 1))` from corner to corner. The picture is the same.
     pub accelerator: Accelerator,
 }
 
@@ -49,7 +51,7 @@ impl Default for Trace {
             depth: 4,
             background: None,
             sky: None,
-            white: 1.0,
+            white: None,
             accelerator: Accelerator::Tree,
         }
     }
@@ -79,17 +81,26 @@ impl Node for Trace {
     }
 
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let image = inputs.get(&self.image);
         let sky = match &self.sky {
-            Some(link) => Some((inputs.get(link).sky(link.target())?, self.white)),
+            Some(link) => {
+                let white = self.white.or(image.white()).unwrap_or(1.0);
+                Some((inputs.get(link).sky(link.target())?, white))
+            }
             None => None,
         };
-        let image = inputs.get(&self.image);
         let known = image.environment().map(|environment| environment.background);
         let background = self.background.or(known).unwrap_or(Color::BLACK);
         let others: Vec<_> = self.beside.iter().map(|link| inputs.get(link)).collect();
         let others: Vec<&SpanImage> = others.iter().map(|image| &**image).collect();
         let (rays, depth, accelerator) = (self.rays, self.depth, self.accelerator);
         let shader = shade::Trace { rays, depth, background, sky, accelerator };
+        if !image.is_mirroring() {
+            inputs.warn(
+                "nothing of the image mirrors or refracts: a material does that has `optics` in its \
+                 `finish`",
+            );
+        }
         let traced = image.shaded_beside(Arc::new(shader), &others)?;
         traced.check_worlds()?;
         Ok(traced)

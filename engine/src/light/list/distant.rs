@@ -170,8 +170,8 @@ impl MakeLamp for SkyLight {
     }
 
     fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
-        if !self.turn.is_finite() {
-            return Err(Fault::new("turn", "must be finite"));
+        if !(-360.0..=360.0).contains(&self.turn) {
+            return Err(Fault::new("turn", format!("{}: must be -360 to 360 degrees", self.turn)));
         }
         if let Some(LampFile(file)) = &self.picture {
             let panorama = Panorama::read(&directory.join(file), self.turn.to_radians());
