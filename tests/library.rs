@@ -110,7 +110,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 23] = [
+const LAYERS: [(&str, &[&str]); 24] = [
     ("error", &[]),
     ("math", &[]),
     ("key", &[]),
@@ -123,7 +123,8 @@ const LAYERS: [(&str, &[&str]); 23] = [
     ("polygon", &[]),
     ("packed", &["color"]),
     ("trace", &["math", "polygon"]),
-    ("fragment", &["camera", "color", "error", "key", "trace"]),
+    ("texture", &["color", "error", "image", "key", "math"]),
+    ("fragment", &["camera", "color", "error", "key", "texture", "trace"]),
     (
         "light",
         &["color", "error", "fragment", "image", "key", "math", "packed", "polygon", "trace"],
@@ -132,8 +133,8 @@ const LAYERS: [(&str, &[&str]); 23] = [
     (
         "scene",
         &[
-            "camera", "color", "error", "fragment", "key", "light", "math", "polygon", "text",
-            "trace",
+            "camera", "color", "error", "fragment", "image", "key", "light", "math", "polygon",
+            "text", "texture", "trace",
         ],
     ),
     ("shadow", &["camera", "fragment", "span", "trace"]),
@@ -149,7 +150,7 @@ const LAYERS: [(&str, &[&str]); 23] = [
         "resolve",
         &[
             "camera", "color", "error", "fragment", "image", "key", "math", "raster", "shadow",
-            "span", "trace", "visible",
+            "span", "texture", "trace", "visible",
         ],
     ),
     (

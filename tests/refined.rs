@@ -51,7 +51,8 @@ fn lit(image: &SpanImage, shadows: Shadows) -> SpanImage {
 
 fn traced(image: &SpanImage, rays: u32) -> SpanImage {
     let accelerator = Accelerator::Tree;
-    let trace = Trace { rays, depth: 3, background: Color::WHITE, sky: None, accelerator };
+    let trace =
+        Trace { rays, depth: 3, least: 1e-3, background: Color::WHITE, sky: None, accelerator };
     image.shaded(Arc::new(trace)).unwrap()
 }
 

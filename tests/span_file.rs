@@ -179,7 +179,7 @@ fn lit_with_shadows(image: &SpanImage) -> SpanImage {
     let twice = image.shaded(Arc::new(lights.clone())).unwrap().shaded(Arc::new(lights)).unwrap();
     let background = Color::grey(0.5);
     let accelerator = Accelerator::default();
-    let trace = Trace { rays: 2, depth: 3, background, sky: None, accelerator };
+    let trace = Trace { rays: 2, depth: 3, least: 1e-3, background, sky: None, accelerator };
     twice.shaded_beside(Arc::new(trace), &[image]).unwrap()
 }
 

@@ -88,7 +88,14 @@ fn block(low: DVec3, high: DVec3) -> Vec<Vec<DVec3>> {
 }
 
 fn trace() -> Trace {
-    Trace { rays: 1, depth: 8, background: Color::BLACK, sky: None, accelerator: Accelerator::Tree }
+    Trace {
+        rays: 1,
+        depth: 8,
+        least: 1e-3,
+        background: Color::BLACK,
+        sky: None,
+        accelerator: Accelerator::Tree,
+    }
 }
 
 fn spans(scenes: &[Arc<Scene>], view: &View) -> SpanImage {

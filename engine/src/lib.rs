@@ -55,6 +55,7 @@ pub mod shadow;
 pub mod span;
 pub mod span_file;
 pub mod text;
+pub mod texture;
 pub mod trace;
 pub mod values;
 pub mod visible;

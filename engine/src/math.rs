@@ -40,6 +40,11 @@ pub fn expf(x: f32) -> f32 {
     libm::expf(x)
 }
 
+/// The logarithm of `x` to base 2.
+pub fn log2(x: f64) -> f64 {
+    libm::log2(x)
+}
+
 /// `x` to the power `y`.
 pub fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)

@@ -25,7 +25,7 @@ pub use finish::{Finish, Gloss, Optics};
 pub use stack::{Placement, Shading, Stage};
 pub use world::{Member, World};
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use std::any::Any;
 use std::fmt::Debug;
 use std::path::PathBuf;
@@ -33,8 +33,9 @@ use std::sync::Arc;
 
 use crate::camera::View;
 use crate::color::Color;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::key::Key;
+use crate::texture::Filter;
 use crate::trace::{Casters, Reductions, Toward};
 
 /// A batch of fragments of one source, as a structure of arrays. A column that nobody asked for is
@@ -75,6 +76,28 @@ pub struct Fragments<'v> {
     pub layers: Option<Layers>,
     /// From where they are seen, if not by the camera.
     pub sight: Option<Sight>,
+    /// A pixel's width and height, in pixels of the raster.
+    pub pixel: DVec2,
+    /// How pictures on surfaces are filtered.
+    pub textures: Filter,
+}
+
+/// The least cosine between a face's normal and a ray for which footprints grow.
+const LEAST_ACROSS: f64 = 1e-3;
+
+/// A place where a ray meets a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Meeting {
+    /// The face, by its number in the source.
+    pub ordinal: u32,
+    /// Whether it is met on its front.
+    pub sees_front: bool,
+    /// Where the ray starts, in metres.
+    pub from: DVec3,
+    /// Where it meets the face.
+    pub position: DVec3,
+    /// The width of what the ray stands for there, in metres.
+    pub width: f32,
 }
 
 /// From where fragments are seen that a ray met.
@@ -155,14 +178,21 @@ impl<'v> Fragments<'v> {
             unlit: Vec::new(),
             layers: None,
             sight: None,
+            pixel: DVec2::ONE,
+            textures: Filter::default(),
         }
     }
 
-    /// A batch of one fragment at a point of the world, which its surfaces are asked about.
-    pub fn one(view: &'v View, ordinal: u32, sees_front: bool, position: DVec3) -> Fragments<'v> {
+    /// A batch of one fragment where a ray meets a surface, which is asked about it.
+    pub fn one(view: &'v View, met: &Meeting) -> Fragments<'v> {
+        let Meeting { ordinal, sees_front, from, position, width } = *met;
         let mut one = Fragments::new(view);
         one.push(ordinal, sees_front, 0.0, 0.0, 0.0);
         one.position.push(position);
+        one.textures = Filter::Trilinear;
+        let (from, width, weight, before) =
+            (vec![from], vec![width], vec![Color::WHITE], vec![0.0]);
+        one.sight = Some(Sight { from, turns: 0, weight, before, width });
         one
     }
 
@@ -226,6 +256,38 @@ impl<'v> Fragments<'v> {
             );
         }
         (eye, self.view.world_direction(seen).normalize_or_zero(), seen.length())
+    }
+
+    /// The width across the line of sight of what a fragment stands for, in metres.
+    pub fn width(&self, i: usize) -> f64 {
+        match &self.sight {
+            Some(sight) => f64::from(sight.width[i]),
+            None => self.view.pixel_width(self.view.distance(self.depth[i])).0 * self.pixel.x,
+        }
+    }
+
+    /// By how much the place of a fragment moves along its face, given by its unit normal, from one pixel to the
+    /// next on the right and below: its footprint, in metres.
+    pub fn footprint(&self, i: usize, position: DVec3, normal: DVec3) -> [DVec3; 2] {
+        let view = self.view;
+        let (steps, along) = match &self.sight {
+            Some(sight) => {
+                let along = (position - sight.from[i]).normalize_or(-normal);
+                let (u, v) = along.any_orthonormal_pair();
+                ([u, v].map(|side| side * f64::from(sight.width[i])), along)
+            }
+            None => {
+                let width = view.pixel_width(view.distance(self.depth[i])).0;
+                let right = view.world_direction(DVec3::X) * (width * self.pixel.x);
+                let down = view.world_direction(DVec3::NEG_Y) * (width * self.pixel.y);
+                ([right, down], -self.to_eye_from(i, position))
+            }
+        };
+        let across = normal.dot(along);
+        // Seen edge-on it would reach to the horizon.
+        let across =
+            if across.abs() < LEAST_ACROSS { LEAST_ACROSS.copysign(across) } else { across };
+        steps.map(|step| step - along * (normal.dot(step) / across))
     }
 
     /// Takes the fragments to other points, given as x, y and depth; positions follow.
@@ -297,6 +359,11 @@ pub trait Surfaces: Any + Send + Sync + Debug {
     /// If it cannot: what is missing.
     fn offers(&self, _wanted: Columns) -> Result<()> {
         Ok(())
+    }
+
+    /// What went wrong while columns were filled, since this was asked last: a picture that cannot be read.
+    fn fault(&self) -> Option<Error> {
+        None
     }
 
     /// Surfaces that know the faces of both, where neither knows all faces of their scene.

@@ -7,6 +7,7 @@ mod exr;
 pub mod file;
 mod hdr;
 mod png;
+pub mod texels;
 
 use std::collections::BTreeMap;
 

@@ -270,6 +270,9 @@ fn paint(
             },
         )
         .collect();
+    if let Some(fault) = image.sources().iter().find_map(|source| source.surfaces.fault()) {
+        return Err(fault);
+    }
     let size = Framing::size(raster, framing.scale)?;
     let mut picture = Image::new((size.width, size.height), window);
     let Framing { scale, pan, vertical, filter, .. } = framing;

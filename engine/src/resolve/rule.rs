@@ -22,6 +22,7 @@ use super::Filter;
 use crate::error::{Error, Result};
 use crate::image::Window;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
+use crate::texture;
 
 /// How lines are integrated over pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -125,6 +126,8 @@ pub struct Framing {
     pub filter: Filter,
     /// How often faces are shaded.
     pub shading: Rate,
+    /// How pictures on surfaces are filtered.
+    pub textures: texture::Filter,
 }
 
 /// How often faces are shaded: time for accuracy.
@@ -151,6 +154,7 @@ impl Framing {
             vertical: Vertical::default(),
             filter: Filter::Box,
             shading: Rate::default(),
+            textures: texture::Filter::default(),
         }
     }
 

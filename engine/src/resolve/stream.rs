@@ -5,6 +5,7 @@
 //! What was gathered is kept with the image, and so is what shaders [keep](Batch::keep) of its batches: a
 //! light that is dimmed finds both, and only sums are new.
 
+use glam::DVec2;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
@@ -384,6 +385,8 @@ impl<'a> Stream<'a> {
             y,
             depth,
             layers: (!self.layers.is_empty()).then(Layers::default),
+            pixel: DVec2::ONE / self.framing.scale,
+            textures: self.framing.textures,
             ..Fragments::new(self.image.view())
         };
         let mut key = KeyHasher::new("batch");

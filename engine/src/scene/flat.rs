@@ -8,7 +8,8 @@ use std::sync::Arc;
 
 use super::document::{Display, Document, Object, Plan};
 use super::geometry::{Faults, Geometry, Part};
-use super::material::Material;
+use super::maps;
+use super::material::{Material, Picture};
 use super::read::{self, ReadOptions, Reading};
 use super::shape::Shape;
 use crate::camera::Camera;
@@ -389,8 +390,16 @@ impl Flattening {
         }
         let in_material = |e: Error| Error::invalid(format!("material \"{name}\": {e}"));
         material.finish.check().map_err(in_material)?;
+        let mut material = material.clone();
+        for (what, map) in &mut material.maps {
+            let in_map = |e: Error| in_material(Error::invalid(format!("map \"{what}\": {e}")));
+            maps::check(what, map).map_err(in_map)?;
+            if let Picture::File(path) | Picture::Embedded(path, _) = &mut map.picture {
+                *path = file.directory.join(&path).to_string_lossy().into_owned();
+            }
+        }
         let number = self.materials.len() as u32;
-        self.materials.push(material.clone());
+        self.materials.push(material);
         self.numbers.insert(id, number);
         Ok(number)
     }

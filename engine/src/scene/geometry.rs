@@ -374,11 +374,16 @@ impl Frame {
     }
 
     /// The weights of the three corners at a point of the plane; they sum to 1.
-    #[inline]
-    pub fn weights(&self, point: DVec3) -> [f32; 3] {
+    pub fn exact_weights(&self, point: DVec3) -> [f64; 3] {
         let from = point - self.origin;
         let (s, t) = (from.dot(self.u), from.dot(self.v));
-        [(1.0 - s - t) as f32, s as f32, t as f32]
+        [1.0 - s - t, s, t]
+    }
+
+    /// The same in single precision.
+    #[inline]
+    pub fn weights(&self, point: DVec3) -> [f32; 3] {
+        self.exact_weights(point).map(|weight| weight as f32)
     }
 }
 

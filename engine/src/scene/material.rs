@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use crate::color::Color;
 use crate::fragment::Finish;
 use crate::scene::is_default;
+use crate::texture::Mapping;
 
 /// The attributes of a surface. Faces name their materials; a document holds them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,7 +32,19 @@ pub struct Material {
     /// It casts shadows.
     #[serde(skip_serializing_if = "is_true")]
     pub casts: bool,
-    /// Pictures by what they replace or modulate, such as `"color"` or `"normal"`.
+    /// Pictures by what they change of the surface.
+    ///
+    /// | name | is | strength |
+    /// |---|---|---|
+    /// | `color` | a colour, times the material's, and an alpha | how much of it there is |
+    /// | `alpha` | numbers, times the material's alpha | the same |
+    /// | `normal` | unit vectors, (1, 1, 1) coding 1: right, up, out | of what leans to the side |
+    /// | `bump` | heights | metres between 0 and 1 |
+    /// | `metallic_roughness` | numbers, times roughness (green) and metal (blue) of `Microfacets` | how much of it there is |
+    /// | `occlusion` | numbers (red), times light from everywhere | the same |
+    /// | `emission` | a colour, times the glow | the same |
+    /// | `reflection` | a panorama of what is mirrored, whatever is there | cd/m2 of white |
+    /// | `reflect`, `refract` | a colour, times that of the optics | how much of it there is |
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub maps: BTreeMap<String, Map>,
 }
@@ -52,6 +65,12 @@ impl Default for Material {
 }
 
 impl Material {
+    /// Whether pictures say where it hides what lies behind.
+    pub fn is_cut(&self) -> bool {
+        let by_picture = ["color", "alpha"].iter().any(|name| self.maps.contains_key(*name));
+        self.alpha_mode != AlphaMode::Opaque && by_picture
+    }
+
     /// How much of what lies behind is hidden where no vertex or picture says more.
     pub fn opacity(&self) -> f32 {
         match self.alpha_mode {
@@ -81,15 +100,29 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// A reference to a picture.
+/// A picture on a surface, and how it lies there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Map {
     /// Where the picture is.
     pub picture: Picture,
-    /// Which set of the mesh's texture coordinates places it.
+    /// How much of it there is: see [`Material::maps`].
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub strength: f32,
+    /// How it lies on the surface.
     #[serde(default, skip_serializing_if = "is_default")]
-    pub uv_set: u32,
+    pub mapping: Mapping,
+}
+
+impl Map {
+    /// A picture in a file, as the vertices' coordinates place it.
+    pub fn of(picture: Picture) -> Map {
+        Map { picture, strength: 1.0, mapping: Mapping::default() }
+    }
+}
+
+fn one() -> f32 {
+    1.0
 }
 
 /// Where a picture is.
@@ -99,4 +132,7 @@ pub enum Picture {
     File(String),
     /// Inside a scene file: the file's path, and the picture's number in it.
     Embedded(String, u32),
+    /// Nowhere: so many waves from left to right and from bottom to top, between 0 and 1 (\[D], "functional bump
+    /// generator").
+    Wave(f64, f64),
 }

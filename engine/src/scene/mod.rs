@@ -10,6 +10,7 @@ pub mod face;
 pub mod flat;
 pub mod geometry;
 mod lamps;
+mod maps;
 pub mod material;
 pub mod mesh;
 mod mesh_file;

@@ -1,15 +1,18 @@
 //! What a scene knows of its faces: the colours and normals of fragments.
 
-use glam::{DAffine3, DMat3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::sync::{Arc, OnceLock};
 
 use super::face::{Back, Sides};
 use super::flat::{Instance, Scene};
 use super::geometry::{Frame, Part};
+use super::maps::{At, Maps, Seen};
 use super::material::AlphaMode;
 use crate::color::Color;
+use crate::error::{Error, Result};
 use crate::fragment::{Columns, Environment, Finish, Fragments, Origin, Surfaces};
 use crate::polygon;
+use crate::texture::Opened;
 use crate::trace::{Casters, CastersBuilder};
 
 /// A scene as the surfaces of a source.
@@ -18,6 +21,8 @@ pub struct SceneSurfaces {
     scene: Arc<Scene>,
     /// Of each instance: from the world to the object, and how normals turn to the world.
     places: Vec<(DAffine3, DMat3)>,
+    /// By material, the pictures on it.
+    maps: Vec<Option<Maps>>,
     /// Its faces in the world, once somebody asked.
     casters: OnceLock<Casters>,
 }
@@ -33,11 +38,14 @@ struct Look<'s> {
     blends: bool,
     unlit: bool,
     finish: Finish,
+    /// The number of its material if there are pictures on it, and the pictures.
+    maps: Option<(u32, &'s Maps)>,
+    /// The unit normal of the front in the object's axes.
+    front: DVec3,
     /// The unit normal of the front in world axes.
     normal: DVec3,
     /// Present where a vertex attribute is interpolated.
     frame: Option<Frame>,
-    sees_front: bool,
 }
 
 impl SceneSurfaces {
@@ -48,7 +56,8 @@ impl SceneSurfaces {
             (world.inverse(), normal_matrix(&world.matrix3))
         };
         let places = scene.instances.iter().map(place).collect();
-        SceneSurfaces { scene, places, casters: OnceLock::new() }
+        let maps = scene.materials.iter().map(Maps::of).collect();
+        SceneSurfaces { scene, places, maps, casters: OnceLock::new() }
     }
 
     /// The scene.
@@ -69,7 +78,10 @@ impl SceneSurfaces {
             Part::SealEdges(i) => mesh.seals(face)[i as usize].edge,
             _ => None,
         };
-        let material = &self.scene.materials[instance.material_of(sides, sees_front) as usize];
+        let number = instance.material_of(sides, sees_front);
+        let material = &self.scene.materials[number as usize];
+        let maps = self.maps[number as usize].as_ref().filter(|_| edge.is_none());
+        let maps = maps.map(|maps| (number, maps));
         let (color, alpha, unlit) = match edge {
             Some(edge) => (edge.color, 1.0, true),
             None => (material.color, material.opacity(), material.unlit),
@@ -77,16 +89,19 @@ impl SceneSurfaces {
         let blends = edge.is_none() && material.alpha_mode == AlphaMode::Blend;
         let place = &self.places[at];
         let front = instance.geometry.normal(face);
-        let interpolates = edge.is_none() && !(mesh.colors.is_empty() && mesh.normals.is_empty());
+        let carries = !(mesh.colors.is_empty() && mesh.normals.is_empty())
+            || (maps.is_some() && !mesh.uvs.is_empty());
+        let interpolates = edge.is_none() && carries;
         let frame = interpolates.then(|| Frame::new(mesh, mesh.outline(face), front));
         let normal = (place.1 * front).normalize_or_zero();
         let finish = material.finish;
-        Look { instance, place, color, alpha, blends, unlit, finish, normal, frame, sees_front }
+        Look { instance, place, color, alpha, blends, unlit, finish, maps, front, normal, frame }
     }
 }
 
 impl Look<'_> {
-    fn at(&self, world: DVec3) -> (Color, f32, Vec3) {
+    /// What is seen at a point, without pictures.
+    fn at(&self, world: DVec3) -> Seen {
         let (mut color, mut alpha, mut normal) = (self.color, self.alpha, self.normal);
         if let Some(frame) = &self.frame {
             let mesh = self.instance.geometry.mesh();
@@ -108,7 +123,21 @@ impl Look<'_> {
                 normal = (self.place.1 * mixed.as_dvec3()).try_normalize().unwrap_or(self.normal);
             }
         }
-        (color, alpha, if self.sees_front { normal } else { -normal }.as_vec3())
+        Seen { color, alpha, normal, finish: self.finish }
+    }
+
+    /// The texture coordinates at a point of the object.
+    fn uv(&self, point: DVec3) -> DVec2 {
+        let mesh = self.instance.geometry.mesh();
+        match &self.frame {
+            Some(frame) if !mesh.uvs.is_empty() => {
+                let corners = frame.corners.map(|corner| mesh.uvs[corner as usize].as_dvec2());
+                let [a, b, c] = frame.exact_weights(point);
+                corners[0] * a + corners[1] * b + corners[2] * c
+            }
+            // Without any, a picture lies as seen along the z axis.
+            _ => DVec2::new(point.x, point.y),
+        }
     }
 }
 
@@ -120,16 +149,18 @@ impl Surfaces for SceneSurfaces {
             return;
         }
         let mut last: Option<(u32, Look<'_>)> = None;
+        let mut opened: Vec<(u32, Vec<Option<Opened<'_>>>)> = Vec::new();
         for i in 0..fragments.len() {
             let (ordinal, sees_front) = (fragments.ordinal[i], fragments.sees_front[i]);
             let (_, look) = match last.take().filter(|(known, _)| *known == ordinal) {
                 Some(known) => last.insert(known),
                 None => last.insert((ordinal, self.look(ordinal, sees_front))),
             };
-            let world = match (&look.frame, fragments.position.get(i)) {
-                (None, _) => DVec3::ZERO,
-                (Some(_), Some(position)) => *position,
-                (Some(_), None) => {
+            let is_alike = look.frame.is_none() && look.maps.is_none();
+            let world = match (is_alike, fragments.position.get(i)) {
+                (true, _) => DVec3::ZERO,
+                (false, Some(position)) => *position,
+                (false, None) => {
                     let (x, y) = (fragments.x[i], fragments.y[i]);
                     fragments.view.world_point(x, y, fragments.depth[i])
                 }
@@ -137,17 +168,37 @@ impl Surfaces for SceneSurfaces {
             if facing {
                 fragments.facing.push(if sees_front { look.normal } else { -look.normal });
             }
-            if finish {
-                fragments.finish.push(look.finish);
+            let mut seen = look.at(world);
+            if let Some((number, maps)) = look.maps {
+                let known = opened.iter().position(|(known, _)| *known == number);
+                let at = known.unwrap_or_else(|| {
+                    opened.push((number, maps.open()));
+                    opened.len() - 1
+                });
+                let place = At {
+                    object_from_world: &look.place.0,
+                    point: world,
+                    steps: fragments.footprint(i, world, look.normal),
+                    facing: look.normal,
+                    front: look.front,
+                    uv: &|point| look.uv(point),
+                    to_eye: fragments.to_eye_from(i, world),
+                    sees_front,
+                    filter: fragments.textures,
+                };
+                maps.apply(&opened[at].1, wanted, &place, &mut seen);
             }
-            let (color, alpha, normal) = look.at(world);
+            if finish {
+                fragments.finish.push(seen.finish);
+            }
             if colors {
-                fragments.color.push(color);
-                fragments.alpha.push(alpha);
+                fragments.color.push(seen.color);
+                fragments.alpha.push(seen.alpha);
                 fragments.unlit.push(look.unlit);
             }
             if normals {
-                fragments.normal.push(normal);
+                let normal = if sees_front { seen.normal } else { -seen.normal };
+                fragments.normal.push(normal.as_vec3());
             }
         }
     }
@@ -181,6 +232,10 @@ impl Surfaces for SceneSurfaces {
         if is_traced(true) || is_traced(false) {
             varying = varying | Columns::TRACED;
         }
+        for front in [true, false] {
+            let number = instance.material_of(sides, front) as usize;
+            varying = varying | self.maps[number].as_ref().map_or(Columns::NONE, Maps::varying);
+        }
         if !mesh.colors.is_empty() && differs(&|c| mesh.colors[c] == mesh.colors[first]) {
             varying = varying | Columns::COLOR;
         }
@@ -188,6 +243,16 @@ impl Surfaces for SceneSurfaces {
             varying = varying | Columns::NORMAL;
         }
         varying
+    }
+
+    fn offers(&self, wanted: Columns) -> Result<()> {
+        let is_wanted = wanted.meets(Columns::COLOR | Columns::NORMAL | Columns::FINISH);
+        let mut maps = self.maps.iter().flatten().filter(|_| is_wanted);
+        maps.try_for_each(Maps::offers)
+    }
+
+    fn fault(&self) -> Option<Error> {
+        self.maps.iter().flatten().find_map(Maps::fault)
     }
 
     fn casters(&self) -> Option<&Casters> {
@@ -290,7 +355,9 @@ impl Scene {
         }
         let blends = front.alpha_mode == AlphaMode::Blend || back.alpha_mode == AlphaMode::Blend;
         let alpha = |corner: &u32| mesh.colors.get(*corner as usize).map_or(1.0, |c| c[3]);
-        let varies = blends && mesh.outline(face).iter().any(|corner| alpha(corner) != 1.0);
+        let is_cut = front.is_cut() || back.is_cut();
+        let varies =
+            is_cut || blends && mesh.outline(face).iter().any(|corner| alpha(corner) != 1.0);
         match (front.opacity(), back.opacity()) {
             (front, back) if varies || front != back => f32::NAN,
             (opacity, _) => opacity,
@@ -313,6 +380,9 @@ impl Scene {
             Part::FaceEdges | Part::SealEdges(_) => return false,
         };
         let material = &self.materials[instance.material_of(sides, sees_front) as usize];
+        if material.is_cut() {
+            return true;
+        }
         if material.alpha_mode != AlphaMode::Blend {
             return false;
         }

@@ -72,7 +72,8 @@ pub(super) fn irradiance(
                     if parts[i].meets(&cone) {
                         let part = parts.swap_remove(i);
                         part.cut(&cone, &mut parts, |point| {
-                            let met = || (point, here + point);
+                            let (along, position) = (point, here + point);
+                            let met = || shadow::Way { from: here, along, position, width: 0.0 };
                             1.0 - shadow::opacity(surfaces, view, casters, piece, met)
                         });
                     }

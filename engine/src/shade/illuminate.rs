@@ -373,6 +373,7 @@ impl<'a> Lighting<'a> {
         let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
         let mut spread_of = Deviation::default();
         let mut sent = [Color::BLACK; 2];
+        let width = fragments.width(i);
         for k in 0..samples {
             let choice = pattern.at(k);
             let sample = self.light.sample(&spot.receiver, choice);
@@ -381,7 +382,8 @@ impl<'a> Lighting<'a> {
                 Some(world) if spot.faces(sample.toward) => {
                     let beside = spread.on_plane(choice, fragments, i, spot.facing);
                     let from = beside.unwrap_or(spot.receiver.position);
-                    passes(world, &self.casters, fragments, spot, from, sample.toward)
+                    let way = (from, sample.toward, width);
+                    passes(world, &self.casters, fragments, spot, way)
                 }
                 Some(_) => 0.0,
             };
@@ -448,14 +450,14 @@ impl Spot {
     }
 }
 
-/// How much of the light on a way arrives: what stands in it holds back its share.
+/// How much of the light on a way arrives, which is so wide where it starts: what stands in it holds back its
+/// share.
 fn passes(
     world: &World,
     casters: &[(usize, &Casters)],
     fragments: &Fragments<'_>,
     spot: &Spot,
-    from: DVec3,
-    toward: Toward,
+    (from, toward, width): (DVec3, Toward, f64),
 ) -> f32 {
     let (way, reach) = toward.from(from);
     // The light's own surface, at the end of the way, is not in it.
@@ -468,7 +470,11 @@ fn passes(
                 return true;
             }
             let surfaces = &*world.members()[*member].surfaces;
-            let met = || (way, ray.at(hit.t));
+            let met = || {
+                let narrows = 1.0 - (hit.t / reach).clamp(0.0, 1.0);
+                let width = (width * narrows) as f32;
+                shadow::Way { from, along: way, position: ray.at(hit.t), width }
+            };
             let opacity = shadow::opacity(surfaces, fragments.view, casters, hit.piece, met);
             through *= 1.0 - opacity;
             through > 0.0

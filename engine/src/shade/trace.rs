@@ -12,17 +12,14 @@ use std::sync::Arc;
 use super::pattern::{Pattern, Spread};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Columns, Finish, Fragments, Kept, Layers, Member, Optics, Shader, Sight, Stage,
-    World, stack,
+    Around, Batch, Columns, Finish, Fragments, Kept, Layers, Meeting, Member, Optics, Shader,
+    Sight, Stage, World, stack,
 };
 use crate::key::{Key, KeyHasher};
 use crate::light::Lamp;
 use crate::math;
 use crate::shadow;
 use crate::trace::{Accelerator, Casters, Finder, Hit, Ray};
-
-/// Rays that count for less in the picture are not followed.
-const LEAST: f32 = 1e-3;
 
 /// The most translucent surfaces that a ray goes through: so many that next to nothing is left.
 const MOST_LAYERS: usize = 4096;
@@ -41,6 +38,8 @@ pub struct Trace {
     pub rays: u32,
     /// At how many surfaces one behind the other rays turn, 0 or more.
     pub depth: u32,
+    /// Rays that count for less in the picture are not followed, as a share of it: 0 or more.
+    pub least: f32,
     /// What rays find that meet nothing.
     pub background: Color,
     /// A sky that they find instead, and the illuminance in lux under which a white surface shows 1.
@@ -74,6 +73,8 @@ struct Met {
     sees_front: bool,
     way: f32,
     position: DVec3,
+    /// The width of what the ray stands for there.
+    width: f32,
 }
 
 /// The fragments that rays met of one member.
@@ -120,7 +121,7 @@ impl Trace {
     /// What is kept of rays depends on this, beside the fragments that they start from.
     fn key(&self, world: &World, around: &Around<'_>, first: usize) -> Key {
         let mut key = KeyHasher::new("trace");
-        key.value(&(self.rays, self.depth, first)).key(world.geometry());
+        key.value(&(self.rays, self.depth, self.least, first)).key(world.geometry());
         around.changes_before().for_each(|stage| {
             key.key(stage.key());
         });
@@ -156,7 +157,7 @@ impl Trace {
                 true => [Color::BLACK, optics.absorb],
                 false => [optics.absorb, Color::BLACK],
             };
-            let counts = |part: Color| (part * weight).greatest() > LEAST;
+            let counts = |part: Color| (part * weight).greatest() > self.least;
             for k in 0..count {
                 let beside = spread.on_plane(pattern.at(k), fragments, i, surface.facing);
                 let origin = beside.unwrap_or(fragments.position[i]);
@@ -218,20 +219,25 @@ impl Trace {
                 let sees_front = casters.normal(hit.piece).dot(followed.direction) < 0.0;
                 let position = ray.at(hit.t);
                 let known = &casters.pieces()[hit.piece];
+                let widens = fragments.view.pixel_width(0.0).1 * fragments.pixel.x;
+                let width = (fragments.width(followed.fragment) + hit.t * widens) as f32;
                 let Some(seen) = surfaces.met(known.face, sees_front, position) else { continue };
                 // A seal that lets something through shows the face that it lies on.
                 let below = (seen != known.face).then_some(known.face);
                 for ordinal in std::iter::once(seen).chain(below) {
                     let (ray, caster) = (number as u32, at as u32);
-                    all.push(Met { ray, caster, ordinal, sees_front, way: hit.t as f32, position });
-                    let one = || Fragments::one(fragments.view, ordinal, sees_front, position);
+                    let way = hit.t as f32;
+                    all.push(Met { ray, caster, ordinal, sees_front, way, position, width });
                     let is_solid = ordinal == known.face && known.opacity == 1.0;
-                    left *= if is_solid { 0.0 } else { 1.0 - one().first_alpha(surfaces) };
+                    let from = followed.origin;
+                    let met = Meeting { ordinal, sees_front, from, position, width };
+                    let one = || Fragments::one(fragments.view, &met).first_alpha(surfaces);
+                    left *= if is_solid { 0.0 } else { 1.0 - one() };
                     if left == 0.0 {
                         break;
                     }
                 }
-                if left <= LEAST {
+                if left <= self.least {
                     break;
                 }
             }
@@ -257,6 +263,7 @@ impl Trace {
             let known = groups.iter().position(|group| group.member == member);
             let at = known.unwrap_or_else(|| {
                 let mut empty = Fragments::new(fragments.view);
+                (empty.pixel, empty.textures) = (fragments.pixel, fragments.textures);
                 let turns = fragments.sight.as_ref().map_or(0, |sight| sight.turns) + 1;
                 empty.sight = Some(Sight { turns, ..Sight::default() });
                 empty.layers = fragments.layers.as_ref().map(|_| Layers::default());
@@ -403,16 +410,12 @@ impl Group<'_> {
         let view = from.view;
         fragments.push(met.ordinal, met.sees_front, from.x[i], from.y[i], view.depth(way));
         fragments.position.push(met.position);
-        let seen_from = match &from.sight {
-            Some(sight) => f64::from(sight.width[i]),
-            None => view.pixel_width(view.distance(from.depth[i])).0,
-        };
         let (_, _, last) = from.way(i);
         let before = from.sight.as_ref().map_or(0.0, |sight| sight.before[i]) + last;
         if let Some(sight) = &mut fragments.sight {
             sight.from.push(ray.origin);
             sight.weight.push(ray.weight);
-            sight.width.push((seen_from + way * view.pixel_width(0.0).1) as f32);
+            sight.width.push(met.width);
             sight.before.push(before);
         }
         self.places.push(place);

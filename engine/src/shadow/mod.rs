@@ -16,7 +16,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::camera::{Plane, View};
-use crate::fragment::{Casting, Fragments, Stage, Surfaces, World, stack};
+use crate::fragment::{Casting, Fragments, Meeting, Stage, Surfaces, World, stack};
 use crate::span::{FaceId, SpanImage};
 use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, spaces_of};
 
@@ -243,10 +243,21 @@ impl Work<'_> {
                 for seen in spans {
                     let y = image.y(seen.k);
                     let Some((start, end)) = interval(sides, y, seen) else { continue };
-                    let middle = (start.x + end.x) / 2.0;
-                    let opacity = patch.opacity(surfaces, casters, piece, middle, y);
-                    let (face, through) = (seen.face, 1.0 - opacity);
-                    dark[(seen.k - first) as usize].push(Dark { face, start, end, through });
+                    let dark = &mut dark[(seen.k - first) as usize];
+                    // What differs from place to place is taken pixel by pixel.
+                    let differs = casters.pieces()[piece].opacity.is_nan();
+                    let mut start = start;
+                    while start.x < end.x {
+                        let next = if differs { start.x.floor() + 1.0 } else { f64::INFINITY };
+                        let end = if next < end.x { End { x: next, slope: 0.0 } } else { end };
+                        let middle = (start.x + end.x) / 2.0;
+                        let opacity = patch.opacity(surfaces, casters, piece, middle, y);
+                        if opacity > 0.0 {
+                            let (face, through) = (seen.face, 1.0 - opacity);
+                            dark.push(Dark { face, start, end, through });
+                        }
+                        start = end;
+                    }
                 }
             };
             match (less.candidates, from) {
@@ -424,32 +435,50 @@ impl Patch<'_> {
     ) -> f32 {
         opacity(surfaces, self.view, casters, piece, || {
             let (x, y) = (x - self.moved[0], y - self.moved[1]);
-            let at = self.view.world_point(x, y, self.depth.depth(x, y));
-            let way = self.from.from(at).0;
+            let depth = self.depth.depth(x, y);
+            let from = self.view.world_point(x, y, depth);
+            let (along, reach) = self.from.from(from);
             let normal = casters.normal(piece);
             let corner = casters.corners(piece).next().unwrap_or_default();
-            (way, at + way * (normal.dot(corner - at) / normal.dot(way)))
+            let way = normal.dot(corner - from) / normal.dot(along);
+            // Towards a light at one place what a pixel stands for narrows.
+            let narrows = 1.0 - (way / reach).clamp(0.0, 1.0);
+            let width = self.view.pixel_width(self.view.distance(depth)).0 * narrows;
+            Way { from, along, position: from + along * way, width: width as f32 }
         })
     }
 }
 
+/// A way of light to a receiver, as far as a piece that it meets.
+pub struct Way {
+    /// The receiver, in metres.
+    pub from: DVec3,
+    /// Towards the light.
+    pub along: DVec3,
+    /// Where it meets the piece.
+    pub position: DVec3,
+    /// The width of what the way stands for there, in metres.
+    pub width: f32,
+}
+
 /// How much of the light on a way a piece holds back; where that differs from place to place, `met` says
-/// the way, and the point where it meets the piece.
+/// the way.
 #[inline]
 pub fn opacity(
     surfaces: &dyn Surfaces,
     view: &View,
     casters: &Casters,
     piece: usize,
-    met: impl FnOnce() -> (DVec3, DVec3),
+    met: impl FnOnce() -> Way,
 ) -> f32 {
     let known = &casters.pieces()[piece];
     if !known.opacity.is_nan() {
         return known.opacity;
     }
-    let (way, point) = met();
-    let sees_front = casters.normal(piece).dot(way) < 0.0;
-    Fragments::one(view, known.face, sees_front, point).first_alpha(surfaces)
+    let Way { from, along, position, width } = met();
+    let sees_front = casters.normal(piece).dot(along) < 0.0;
+    let met = Meeting { ordinal: known.face, sees_front, from, position, width };
+    Fragments::one(view, &met).first_alpha(surfaces)
 }
 
 /// Whether a piece lies in the plane of a face.

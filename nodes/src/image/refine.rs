@@ -8,6 +8,7 @@ use spandrel_engine::image::{Image, Window};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{self, Filter, Framing, Rate, Rule, Select, Vertical};
 use spandrel_engine::span::SpanImage;
+use spandrel_engine::texture;
 use spandrel_engine::values::{Lines, Picture};
 
 /// Computes a part of a picture anew, such as what mirrors, with more rays: pixels that show anything selected
@@ -40,6 +41,8 @@ pub struct Refine {
     pub filter: Filter,
     /// How often faces are shaded, as in `Resolve`.
     pub shading: Rate,
+    /// How pictures on surfaces are filtered, as in `Resolve`.
+    pub textures: texture::Filter,
 }
 
 impl Default for Refine {
@@ -56,6 +59,7 @@ impl Default for Refine {
             vertical: Vertical::Fractions,
             filter: Filter::Box,
             shading: Rate::Pixel,
+            textures: texture::Filter::default(),
         }
     }
 }
@@ -64,8 +68,9 @@ impl Refine {
     fn framing(&self, wanted: &Picture) -> Result<(Raster, Framing)> {
         let window = self.window.map(|(x, y, width, height)| Window { x, y, width, height });
         let (raster, framing) = wanted.framing(self.size, self.scale, window)?;
-        let Refine { vertical, filter, shading, .. } = *self;
-        Ok((raster, Framing { pan: self.pan.into(), vertical, filter, shading, ..framing }))
+        let Refine { vertical, filter, shading, textures, .. } = *self;
+        let pan = self.pan.into();
+        Ok((raster, Framing { pan, vertical, filter, shading, textures, ..framing }))
     }
 }
 
@@ -81,6 +86,7 @@ impl Node for Refine {
         self.lines.plan().map_err(at("lines"))?;
         self.lines.check_filter(self.filter).map_err(at("filter"))?;
         Framing::scaled(raster, DVec2::from(self.scale)).map_err(at("scale"))?;
+        self.textures.check().map_err(|what| FieldError::new("textures", what))?;
         Ok(())
     }
 

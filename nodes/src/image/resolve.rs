@@ -8,6 +8,7 @@ use spandrel_engine::image::{Image, Window};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{self, Filter, Framing, Rate, Rule, Vertical};
 use spandrel_engine::span::SpanImage;
+use spandrel_engine::texture;
 use spandrel_engine::values::{Lines, Picture};
 
 /// Turns spans into pixels, antialiased, at any scale. `size` and `lines` decide what visibility is
@@ -41,6 +42,9 @@ pub struct Resolve {
     /// How often faces are shaded: `Face`, each once; `Pixel`, each in each pixel; `Line`, each on each line
     /// in each pixel.
     pub shading: Rate,
+    /// How pictures on surfaces are filtered: `Nearest`, `Trilinear`, `Anisotropic(n)`, up to n times along what
+    /// a pixel covers of them, or `Exact`, the mean of it, slowly.
+    pub textures: texture::Filter,
 }
 
 impl Default for Resolve {
@@ -55,6 +59,7 @@ impl Default for Resolve {
             vertical: Vertical::Fractions,
             filter: Filter::Box,
             shading: Rate::Pixel,
+            textures: texture::Filter::default(),
         }
     }
 }
@@ -64,8 +69,9 @@ impl Resolve {
     fn framing(&self, wanted: &Picture) -> Result<(Raster, Framing)> {
         let window = self.window.map(|(x, y, width, height)| Window { x, y, width, height });
         let (raster, framing) = wanted.framing(self.size, self.scale, window)?;
-        let Resolve { vertical, filter, shading, .. } = *self;
-        Ok((raster, Framing { pan: self.pan.into(), vertical, filter, shading, ..framing }))
+        let Resolve { vertical, filter, shading, textures, .. } = *self;
+        let pan = self.pan.into();
+        Ok((raster, Framing { pan, vertical, filter, shading, textures, ..framing }))
     }
 }
 
@@ -81,6 +87,7 @@ impl Node for Resolve {
         self.lines.plan().map_err(at("lines"))?;
         self.lines.check_filter(self.filter).map_err(at("filter"))?;
         Framing::scaled(raster, DVec2::from(self.scale)).map_err(at("scale"))?;
+        self.textures.check().map_err(|what| FieldError::new("textures", what))?;
         Ok(())
     }
 

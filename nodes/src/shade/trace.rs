@@ -27,6 +27,10 @@ pub struct Trace {
     /// them. A pane of glass with two sides takes 2.
     #[schemars(range(min = 0, max = 64))]
     pub depth: u32,
+    /// Rays that count for less than this share of the picture are not followed any further: the surface that
+    /// they would leave shows its own colour.
+    #[schemars(range(min = 1e-6, max = 1.0))]
+    pub least: f32,
     /// What rays show that meet nothing. Absent, the `background` of the scene's `environment`; if no
     /// scene of the image has one, black.
     pub background: Option<Color>,
@@ -49,6 +53,7 @@ impl Default for Trace {
             beside: Vec::new(),
             rays: 1,
             depth: 4,
+            least: 0.002,
             background: None,
             sky: None,
             white: None,
@@ -93,8 +98,8 @@ impl Node for Trace {
         let background = self.background.or(known).unwrap_or(Color::BLACK);
         let others: Vec<_> = self.beside.iter().map(|link| inputs.get(link)).collect();
         let others: Vec<&SpanImage> = others.iter().map(|image| &**image).collect();
-        let (rays, depth, accelerator) = (self.rays, self.depth, self.accelerator);
-        let shader = shade::Trace { rays, depth, background, sky, accelerator };
+        let Trace { rays, depth, least, accelerator, .. } = *self;
+        let shader = shade::Trace { rays, depth, least, background, sky, accelerator };
         if !image.is_mirroring() {
             inputs.warn(
                 "nothing of the image mirrors or refracts: a material does that has `optics` in its \

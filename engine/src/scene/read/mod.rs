@@ -17,7 +17,7 @@
 pub mod binary;
 pub mod bundle;
 mod cityjson;
-mod gltf;
+pub(in crate::scene) mod gltf;
 mod mtl;
 mod obj;
 mod ply;
@@ -89,8 +89,7 @@ const METRES: Space = Space { unit: 1.0, up: Axis::Y };
 /// file and the place in it.
 pub fn document(path: &Path, options: &ReadOptions) -> Result<Reading> {
     check(options)?;
-    let mut reader =
-        Reader { path: path.to_owned(), key: KeyHasher::new("scene file"), notes: Vec::new() };
+    let mut reader = Reader::new(path);
     reader.key.bytes(format!("{options:?}").as_bytes());
     let bytes = reader.bytes(path)?;
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
@@ -180,6 +179,10 @@ fn smooth(document: &mut Document, angle: f64) {
 }
 
 impl Reader {
+    fn new(path: &Path) -> Reader {
+        Reader { path: path.to_owned(), key: KeyHasher::new("scene file"), notes: Vec::new() }
+    }
+
     /// Reads a file and adds its contents to the key.
     fn bytes(&mut self, path: &Path) -> Result<Vec<u8>> {
         let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;

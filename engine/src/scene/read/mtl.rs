@@ -43,8 +43,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<BTreeMap<String, Materia
             "Tr" => material.alpha = 1.0 - words.number()? as f32,
             "map_Kd" => {
                 if let Some(file) = picture(words.rest()) {
-                    let map = Map { picture: Picture::File(file), uv_set: 0 };
-                    material.maps.insert("color".to_owned(), map);
+                    material.maps.insert("color".to_owned(), Map::of(Picture::File(file)));
                 }
             }
             _ => {}

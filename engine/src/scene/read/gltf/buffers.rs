@@ -51,12 +51,8 @@ impl Buffers {
                 Error::invalid(format!("buffer {index} has no data: the file has no chunk for it"))
             })?,
             Place::Uri(uri) => match uri.strip_prefix("data:") {
-                Some(data) => {
-                    let text = data.split_once(";base64,").map(|(_, text)| text).unwrap_or("");
-                    base64::engine::general_purpose::STANDARD
-                        .decode(text)
-                        .map_err(|e| Error::invalid(format!("buffer {index} is not base64: {e}")))?
-                }
+                Some(data) => base64(data)
+                    .map_err(|e| Error::invalid(format!("buffer {index} is not base64: {e}")))?,
                 None => reader.sibling(&decoded(uri))?.1,
             },
         };
@@ -115,6 +111,25 @@ impl Buffers {
         }
     }
 
+    /// The bytes of a view.
+    pub(super) fn view(
+        &mut self,
+        reader: &mut Reader,
+        view: &::gltf::buffer::View<'_>,
+    ) -> Result<&[u8]> {
+        let buffer = view.buffer().index();
+        self.load(reader, buffer)?;
+        let bytes = self.get(buffer).unwrap_or_default();
+        let end = view.offset().checked_add(view.length());
+        end.and_then(|end| bytes.get(view.offset()..end)).ok_or_else(|| {
+            let (at, length) = (view.offset(), view.length());
+            Error::invalid(format!(
+                "buffer {buffer} has {} bytes, not {length} from byte {at} on",
+                bytes.len()
+            ))
+        })
+    }
+
     fn check_view(
         &self,
         view: &::gltf::buffer::View<'_>,
@@ -144,6 +159,12 @@ impl Buffers {
         }
         Ok(())
     }
+}
+
+/// The bytes of a data URI, behind its `data:`.
+pub(super) fn base64(data: &str) -> std::result::Result<Vec<u8>, base64::DecodeError> {
+    let text = data.split_once(";base64,").map(|(_, text)| text).unwrap_or("");
+    base64::engine::general_purpose::STANDARD.decode(text)
 }
 
 /// A URI with its percent codes resolved.

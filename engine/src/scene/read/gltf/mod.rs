@@ -19,6 +19,8 @@ use crate::camera::Camera;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Finish, Gloss};
+use crate::image::texels::{self, Texels};
+use crate::texture::Mapping;
 
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let (file, blob) = parse::parse(reader, bytes)?;
@@ -64,6 +66,30 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     Ok(document)
 }
 
+/// Reads a picture that a file holds itself, by its number.
+///
+/// # Errors
+/// If there is none, or it is damaged.
+pub(in crate::scene) fn picture(path: &std::path::Path, number: u32) -> Result<Texels> {
+    let mut reader = Reader::new(path);
+    let bytes = reader.bytes(path)?;
+    let (file, blob) = parse::parse(&reader, &bytes)?;
+    let mut buffers = Buffers::new(&file, blob);
+    let fault = |what: String| Error::in_file(path, format!("picture {number}: {what}"));
+    let image = file.images().nth(number as usize);
+    let image = image.ok_or_else(|| fault("the file has no such picture".to_owned()))?;
+    let decode = |bytes: &[u8]| texels::decode(bytes).map_err(fault);
+    match image.source() {
+        ::gltf::image::Source::View { view, .. } => {
+            decode(buffers.view(&mut reader, &view).map_err(|e| fault(e.to_string()))?)
+        }
+        ::gltf::image::Source::Uri { uri, .. } => match uri.strip_prefix("data:") {
+            Some(data) => decode(&buffers::base64(data).map_err(|e| fault(e.to_string()))?),
+            None => decode(&reader.sibling(&buffers::decoded(uri))?.1),
+        },
+    }
+}
+
 struct Builder<'a> {
     reader: &'a mut Reader,
     buffers: Buffers,
@@ -75,10 +101,15 @@ impl Builder<'_> {
         let pbr = material.pbr_metallic_roughness();
         let [r, g, b, alpha] = pbr.base_color_factor();
         let mut maps = std::collections::BTreeMap::new();
-        let mut map = |what: &str, texture: ::gltf::Texture<'_>, uv_set: u32| {
+        let mut map = |what: &str, texture: ::gltf::Texture<'_>, uv_set: u32, strength: f32| {
             // The format allows textures without a picture.
             if !parse::has_picture(file, texture.index()) {
                 return;
+            }
+            if uv_set != 0 {
+                self.reader.note(format!(
+                    "the {what} of a material lies by texture coordinates {uv_set}: it is taken by 0"
+                ));
             }
             let picture = match texture.source().source() {
                 ::gltf::image::Source::Uri { uri, .. } if !uri.starts_with("data:") => {
@@ -90,23 +121,26 @@ impl Builder<'_> {
                     Picture::Embedded(name.to_string_lossy().into_owned(), index)
                 }
             };
-            maps.insert(what.to_owned(), Map { picture, uv_set });
+            let wrap = parse::wrap(file, texture.index());
+            let mapping = Mapping { wrap, ..Mapping::default() };
+            maps.insert(what.to_owned(), Map { picture, strength, mapping });
         };
         if let Some(info) = pbr.base_color_texture() {
-            map("color", info.texture(), info.tex_coord());
+            map("color", info.texture(), info.tex_coord(), 1.0);
         }
         if let Some(info) = pbr.metallic_roughness_texture() {
-            map("metallic_roughness", info.texture(), info.tex_coord());
+            map("metallic_roughness", info.texture(), info.tex_coord(), 1.0);
         }
         if let Some(info) = material.normal_texture() {
-            map("normal", info.texture(), info.tex_coord());
+            map("normal", info.texture(), info.tex_coord(), info.scale());
         }
         if let Some(info) = material.emissive_texture() {
-            map("emission", info.texture(), info.tex_coord());
+            map("emission", info.texture(), info.tex_coord(), 1.0);
         }
         if let Some(info) = material.occlusion_texture() {
-            map("occlusion", info.texture(), info.tex_coord());
+            map("occlusion", info.texture(), info.tex_coord(), info.strength());
         }
+        let [glow_r, glow_g, glow_b] = material.emissive_factor();
         Material {
             color: Color::new(r, g, b),
             alpha,
@@ -124,6 +158,7 @@ impl Builder<'_> {
                     roughness: pbr.roughness_factor().clamp(0.0, 1.0),
                     metal: pbr.metallic_factor().clamp(0.0, 1.0),
                 },
+                glow: Color::new(glow_r, glow_g, glow_b),
                 ..Finish::default()
             },
             one_sided: !material.double_sided(),

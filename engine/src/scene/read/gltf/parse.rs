@@ -3,11 +3,13 @@
 use ::gltf::binary::Glb;
 use ::gltf::json::Root;
 use ::gltf::json::accessor::{Accessor, ComponentType};
+use ::gltf::json::texture::WrappingMode;
 use ::gltf::json::validation::{Checked, Error as Invalid, Validate};
 use serde_json::Value;
 
 use super::super::Reader;
 use crate::error::{Error, Result};
+use crate::texture::Wrap;
 
 /// Extensions that a file may require.
 const EXTENSIONS: [&str; 1] = ["KHR_materials_unlit"];
@@ -167,4 +169,18 @@ fn check_accessors(root: &Root, faults: &mut Vec<String>) {
 pub(super) fn has_picture(file: &::gltf::Document, texture: usize) -> bool {
     let root = file.as_json();
     root.textures.get(texture).is_some_and(|texture| texture.source.value() < root.images.len())
+}
+
+/// What is beside the picture of a texture, if its sampler is sound; else the picture again.
+pub(super) fn wrap(file: &::gltf::Document, texture: usize) -> [Wrap; 2] {
+    let root = file.as_json();
+    let sampler = root.textures.get(texture).and_then(|texture| texture.sampler);
+    let Some(sampler) = sampler.and_then(|index| root.samplers.get(index.value())) else {
+        return [Wrap::Repeat; 2];
+    };
+    [sampler.wrap_s, sampler.wrap_t].map(|mode| match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
+    })
 }

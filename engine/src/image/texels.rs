@@ -1,0 +1,101 @@
+//! Pictures as they are mapped on surfaces: their samples as the file has them, whatever they mean.
+
+use image::{DynamicImage, ImageFormat};
+use std::io::Cursor;
+use std::path::Path;
+
+use super::file;
+use crate::error::{Error, Result};
+
+/// The most bytes that a picture may take while it is read.
+const MOST_BYTES: u64 = 4 << 30;
+
+/// A picture's size and samples, row by row from the top.
+#[derive(Clone, Debug)]
+pub struct Texels {
+    /// Columns and rows, at least 1 each.
+    pub size: (u32, u32),
+    /// Red, green, blue and alpha.
+    pub samples: Samples,
+}
+
+/// The samples of a picture.
+#[derive(Clone, Debug)]
+pub enum Samples {
+    /// 8 bits each as they are coded, alpha straight.
+    Bytes(Vec<[u8; 4]>),
+    /// 16 bits each as they are coded, alpha straight, 1 the greatest.
+    Words(Vec<[f32; 4]>),
+    /// Scene-linear, alpha associated.
+    Linear(Vec<[f32; 4]>),
+}
+
+/// Reads a picture: PNG, JPEG, EXR or HDR.
+///
+/// # Errors
+/// If the file cannot be read, is damaged or too large, or is of another format.
+pub fn read(path: &Path) -> Result<Texels> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
+    match ending.to_ascii_lowercase().as_str() {
+        "exr" | "hdr" => {
+            let picture = file::read(path)?;
+            let whole = picture.window.area() == picture.size.0 as usize * picture.size.1 as usize;
+            if !whole || picture.window.area() == 0 {
+                return Err(Error::in_file(path, "the picture is not whole: it cannot be mapped"));
+            }
+            // EXR without colour, such as a mask, is grey.
+            let samples = match (picture.float("R"), picture.float("Y")) {
+                (None, Some(grey)) => grey.iter().map(|y| [*y, *y, *y, 1.0]).collect(),
+                _ => picture.pixels().collect(),
+            };
+            finite(path, Texels { size: picture.size, samples: Samples::Linear(samples) })
+        }
+        _ => {
+            let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+            decode(&bytes).map_err(|what| Error::in_file(path, what))
+        }
+    }
+}
+
+/// Decodes a PNG or JPEG.
+///
+/// # Errors
+/// What is wrong with it.
+pub fn decode(bytes: &[u8]) -> std::result::Result<Texels, String> {
+    let format = match image::guess_format(bytes) {
+        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
+        _ => return Err("not a picture that can be mapped: use .png, .jpg, .exr or .hdr".into()),
+    };
+    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = image::Limits::default();
+    limits.max_alloc = Some(MOST_BYTES);
+    reader.limits(limits);
+    let name = if format == ImageFormat::Png { "PNG" } else { "JPEG" };
+    let picture = reader.decode().map_err(|e| format!("not a sound {name} file: {e}"))?;
+    let size = (picture.width(), picture.height());
+    let is_deep = matches!(
+        picture,
+        DynamicImage::ImageLuma16(_)
+            | DynamicImage::ImageLumaA16(_)
+            | DynamicImage::ImageRgb16(_)
+            | DynamicImage::ImageRgba16(_)
+    );
+    let samples = if is_deep {
+        let words = picture.into_rgba16();
+        Samples::Words(words.pixels().map(|p| p.0.map(|v| f32::from(v) / 65_535.0)).collect())
+    } else {
+        Samples::Bytes(picture.into_rgba8().pixels().map(|pixel| pixel.0).collect())
+    };
+    Ok(Texels { size, samples })
+}
+
+fn finite(path: &Path, texels: Texels) -> Result<Texels> {
+    if let Samples::Linear(samples) = &texels.samples {
+        let bad = samples.iter().position(|texel| texel.iter().any(|v| !v.is_finite()));
+        if let Some(at) = bad {
+            let (x, y) = (at as u32 % texels.size.0, at as u32 / texels.size.0);
+            return Err(Error::in_file(path, format!("pixel {x}, {y} is not a finite number")));
+        }
+    }
+    Ok(texels)
+}

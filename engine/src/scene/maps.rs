@@ -1,0 +1,409 @@
+//! Pictures on surfaces: what they change of a place (\[N], "Texture mapping": colour, bump, reflection and
+//! transparency maps; \[D], colour, bump and optical attributes by pictures and functions).
+
+use glam::{DAffine3, DVec2, DVec3};
+use std::f64::consts::{PI, TAU};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use super::material::{AlphaMode, Map, Material, Picture};
+use super::read::gltf;
+use crate::color::Color;
+use crate::error::{Error, Result};
+use crate::fragment::{Columns, Finish, Gloss};
+use crate::image::texels::{self, Texels};
+use crate::key::KeyHasher;
+use crate::math;
+use crate::texture::{Filter, Footprint, Meaning, Opened, Place, Source, Wrap, store};
+
+/// What a map changes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum What {
+    Color,
+    Alpha,
+    Normal,
+    Bump,
+    MetallicRoughness,
+    Occlusion,
+    Emission,
+    Reflection,
+    Reflect,
+    Refract,
+}
+
+const NAMES: [(&str, What); 10] = [
+    ("color", What::Color),
+    ("alpha", What::Alpha),
+    ("normal", What::Normal),
+    ("bump", What::Bump),
+    ("metallic_roughness", What::MetallicRoughness),
+    ("occlusion", What::Occlusion),
+    ("emission", What::Emission),
+    ("reflection", What::Reflection),
+    ("reflect", What::Reflect),
+    ("refract", What::Refract),
+];
+
+fn named(name: &str) -> Option<What> {
+    NAMES.iter().find(|(known, _)| *known == name).map(|(_, what)| *what)
+}
+
+/// Whether a map of a material can be.
+///
+/// # Errors
+/// If nothing is called so, or a number is out of range.
+pub(super) fn check(name: &str, map: &Map) -> Result<()> {
+    let Some(what) = named(name) else {
+        let names = NAMES.map(|(name, _)| name).join(", ");
+        return Err(Error::invalid(format!("there is no such map: a material has {names}")));
+    };
+    if !map.strength.is_finite() {
+        return Err(Error::invalid("`strength` must be finite"));
+    }
+    let is_share = !matches!(what, What::Normal | What::Bump | What::Reflection);
+    if is_share && !(0.0..=1.0).contains(&map.strength) {
+        return Err(Error::invalid(format!("`strength` is {}: must be 0 to 1", map.strength)));
+    }
+    if let Picture::Wave(right, up) = map.picture
+        && !(right.is_finite() && up.is_finite() && right.abs().max(up.abs()) < 1e6)
+    {
+        return Err(Error::invalid("a Wave has a number of waves from -1000000 to 1000000"));
+    }
+    if map.picture == Picture::File(String::new()) {
+        return Err(Error::invalid("it names no file"));
+    }
+    map.mapping.check()
+}
+
+/// The maps of a material.
+#[derive(Debug)]
+pub(super) struct Maps {
+    maps: Vec<Ready>,
+    /// Whether alpha is that of the pictures.
+    is_cut: bool,
+    /// The first picture that could not be read.
+    fault: Mutex<Option<Error>>,
+}
+
+#[derive(Debug)]
+struct Ready {
+    what: What,
+    map: Map,
+    /// The picture's file, and the picture, if it is none that is computed.
+    source: Option<(PathBuf, Source)>,
+}
+
+/// What is seen of a place.
+pub(super) struct Seen {
+    pub(super) color: Color,
+    pub(super) alpha: f32,
+    /// The unit normal on the front.
+    pub(super) normal: DVec3,
+    pub(super) finish: Finish,
+}
+
+/// A place on a surface.
+pub(super) struct At<'a> {
+    pub(super) object_from_world: &'a DAffine3,
+    /// The place in the world.
+    pub(super) point: DVec3,
+    /// From there by one pixel to the right and down.
+    pub(super) steps: [DVec3; 2],
+    /// The unit normal of the face's front.
+    pub(super) facing: DVec3,
+    /// The same in the object.
+    pub(super) front: DVec3,
+    /// The coordinates of the vertices, at points of the object.
+    pub(super) uv: &'a dyn Fn(DVec3) -> DVec2,
+    /// The unit vector to where it is seen from.
+    pub(super) to_eye: DVec3,
+    pub(super) sees_front: bool,
+    pub(super) filter: Filter,
+}
+
+impl At<'_> {
+    /// What a pixel covers of a picture if it is moved on the face.
+    fn footprint(&self, map: &Map, moved: DVec3) -> Footprint {
+        let matrix = &self.object_from_world.matrix3;
+        map.mapping.footprint(&Place {
+            point: self.object_from_world.transform_point3(self.point + moved),
+            steps: self.steps.map(|step| *matrix * step),
+            normal: self.front,
+            uv: self.uv,
+        })
+    }
+}
+
+impl Maps {
+    /// The maps of a material; `None` if it has none.
+    pub(super) fn of(material: &Material) -> Option<Maps> {
+        let ready = |(name, map): (&String, &Map)| {
+            let what = named(name)?;
+            let meaning = match (what, material.alpha_mode) {
+                (What::Color, AlphaMode::Mask(from)) => {
+                    Meaning::CutOut(from / material.alpha.max(1e-6))
+                }
+                (What::Color | What::Emission | What::Reflection, _)
+                | (What::Reflect | What::Refract, _) => Meaning::Color,
+                _ => Meaning::Numbers,
+            };
+            Some(Ready { what, map: map.clone(), source: source(&map.picture, meaning) })
+        };
+        let maps: Vec<Ready> = material.maps.iter().filter_map(ready).collect();
+        let is_cut = material.is_cut();
+        (!maps.is_empty()).then(|| Maps { maps, is_cut, fault: Mutex::default() })
+    }
+
+    /// What differs from place to place.
+    pub(super) fn varying(&self) -> Columns {
+        let one = |map: &Ready| match map.what {
+            What::Color | What::Alpha => Columns::COLOR,
+            What::Normal | What::Bump => Columns::NORMAL,
+            _ => Columns::FINISH,
+        };
+        self.maps.iter().map(one).fold(Columns::NONE, |all, one| all | one)
+    }
+
+    /// Whether all files are there.
+    ///
+    /// # Errors
+    /// If one is not.
+    pub(super) fn offers(&self) -> Result<()> {
+        for (path, _) in self.maps.iter().filter_map(|map| map.source.as_ref()) {
+            std::fs::metadata(path).map_err(|e| Error::file(path, e))?;
+        }
+        Ok(())
+    }
+
+    /// The first fault since the last time.
+    pub(super) fn fault(&self) -> Option<Error> {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// The pictures at hand, for a batch of fragments.
+    pub(super) fn open(&self) -> Vec<Option<Opened<'_>>> {
+        self.maps.iter().map(|map| self.open_one(map)).collect()
+    }
+
+    fn open_one<'m>(&self, map: &'m Ready) -> Option<Opened<'m>> {
+        let (_, source) = map.source.as_ref()?;
+        store().open(source).map_err(|error| self.keep(error)).ok()
+    }
+
+    fn keep(&self, error: Error) {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    /// Changes what is seen of a place.
+    pub(super) fn apply(
+        &self,
+        opened: &[Option<Opened<'_>>],
+        wanted: Columns,
+        at: &At<'_>,
+        seen: &mut Seen,
+    ) {
+        for (map, picture) in self.maps.iter().zip(opened) {
+            let is_wanted = match map.what {
+                What::Color | What::Alpha => wanted.contains(Columns::COLOR),
+                What::Normal | What::Bump => wanted.contains(Columns::NORMAL),
+                _ => wanted.contains(Columns::FINISH),
+            };
+            if is_wanted {
+                self.apply_one(map, picture.as_ref(), at, seen);
+            }
+        }
+    }
+
+    fn apply_one(&self, ready: &Ready, picture: Option<&Opened<'_>>, at: &At<'_>, seen: &mut Seen) {
+        let (map, strength) = (&ready.map, ready.map.strength);
+        let sample = |footprint: Footprint| self.sample(map, picture, &footprint, at.filter);
+        let here = |what: &dyn Fn(&Footprint) -> [f32; 4]| what(&at.footprint(map, DVec3::ZERO));
+        let texel = || here(&|footprint| sample(*footprint));
+        let faded = |share: f32| 1.0 - strength + strength * share;
+        let shares = |[r, g, b, a]: [f32; 4]| {
+            // Where there is no picture it changes nothing.
+            let part = |v: f32| faded(v + (1.0 - a));
+            Color::new(part(r), part(g), part(b))
+        };
+        match ready.what {
+            What::Color => {
+                let [r, g, b, a] = texel();
+                let beside_is_bare = map.mapping.wrap.contains(&Wrap::Nothing);
+                if self.is_cut {
+                    seen.alpha *= faded(a);
+                }
+                seen.color = if beside_is_bare && !self.is_cut {
+                    seen.color * shares([r, g, b, a])
+                } else {
+                    let straight = if a > 0.0 { 1.0 / a } else { 0.0 };
+                    let [r, g, b] = [r, g, b].map(|v| faded(v * straight));
+                    seen.color * Color::new(r, g, b)
+                };
+            }
+            What::Alpha => {
+                let [r, .., a] = texel();
+                if self.is_cut {
+                    seen.alpha *= faded((r * a).clamp(0.0, 1.0));
+                }
+            }
+            What::Normal => {
+                let [x, y, z, _] = texel().map(|v| f64::from(v * 2.0 - 1.0));
+                let lean = f64::from(strength);
+                if let Some([right, up]) = self.tangents(map, at, seen.normal) {
+                    let normal = right * (x * lean) + up * (y * lean) + seen.normal * z.max(0.0);
+                    seen.normal = normal.try_normalize().unwrap_or(seen.normal);
+                }
+            }
+            What::Bump => {
+                let height = |moved: DVec3| f64::from(sample(at.footprint(map, moved))[0]);
+                let slope = self.slope(map, picture, at, &height);
+                let normal = seen.normal - slope * f64::from(strength);
+                seen.normal = normal.try_normalize().unwrap_or(seen.normal);
+            }
+            What::MetallicRoughness => {
+                let [_, g, b, _] = texel();
+                if let Gloss::Microfacets { roughness, metal, .. } = &mut seen.finish.gloss {
+                    *roughness = (*roughness * faded(g)).clamp(0.0, 1.0);
+                    *metal = (*metal * faded(b)).clamp(0.0, 1.0);
+                }
+            }
+            What::Occlusion => seen.finish.ambient *= faded(texel()[0]),
+            What::Emission => seen.finish.glow = seen.finish.glow * shares(texel()),
+            What::Reflection => {
+                let normal = if at.sees_front { seen.normal } else { -seen.normal };
+                let mirrored = normal * (2.0 * normal.dot(at.to_eye)) - at.to_eye;
+                let [r, g, b, _] = sample(around(mirrored, at));
+                seen.finish.glow = seen.finish.glow + Color::new(r, g, b) * strength;
+            }
+            What::Reflect | What::Refract => {
+                let shares = shares(texel());
+                if let Some(optics) = &mut seen.finish.optics {
+                    let share = match ready.what {
+                        What::Reflect => &mut optics.reflect,
+                        _ => &mut optics.refract,
+                    };
+                    *share = *share * shares;
+                }
+            }
+        }
+    }
+
+    /// What a pixel sees of a map's picture.
+    fn sample(
+        &self,
+        map: &Map,
+        picture: Option<&Opened<'_>>,
+        footprint: &Footprint,
+        filter: Filter,
+    ) -> [f32; 4] {
+        if let Picture::Wave(right, up) = map.picture {
+            let value = wave(right, up, footprint) as f32;
+            return [value, value, value, 1.0];
+        }
+        let Some(picture) = picture else { return [1.0; 4] };
+        footprint.see(picture, filter, map.mapping.wrap).unwrap_or_else(|error| {
+            self.keep(error);
+            [1.0; 4]
+        })
+    }
+
+    /// How much the places of a picture move for steps along two directions on a face, and these.
+    fn plane(at: &At<'_>) -> [DVec3; 2] {
+        let (u, v) = at.facing.any_orthonormal_pair();
+        [u, v]
+    }
+
+    /// The unit directions to the right and upwards of a picture, across a normal.
+    fn tangents(&self, map: &Map, at: &At<'_>, normal: DVec3) -> Option<[DVec3; 2]> {
+        let axes = Maps::plane(at);
+        let step = at.steps[0].length().max(at.steps[1].length()).max(1e-9);
+        let middle = at.footprint(map, DVec3::ZERO).at;
+        let [a, b] = axes.map(|axis| (at.footprint(map, axis * step).at - middle) / step);
+        let area = a.perp_dot(b);
+        if !area.is_finite() || area == 0.0 {
+            return None;
+        }
+        // The inverse of what takes steps on the face to places of the picture.
+        let right = (axes[0] * b.y - axes[1] * a.y) / area;
+        let up = (axes[1] * a.x - axes[0] * b.x) / area;
+        let across = |way: DVec3| (way - normal * way.dot(normal)).try_normalize();
+        Some([across(right)?, across(up)?])
+    }
+
+    /// By how much a height grows per metre, along the face.
+    fn slope(
+        &self,
+        map: &Map,
+        picture: Option<&Opened<'_>>,
+        at: &At<'_>,
+        height: &dyn Fn(DVec3) -> f64,
+    ) -> DVec3 {
+        let axes = Maps::plane(at);
+        // Half a pixel or half a texel to both sides, whichever is more.
+        let pixel = at.steps[0].length().max(at.steps[1].length());
+        let texel = match (picture, &map.picture) {
+            (Some(picture), _) => DVec2::new(f64::from(picture.size.0), f64::from(picture.size.1)),
+            (None, Picture::Wave(right, up)) => DVec2::new(*right, *up).abs() * 64.0,
+            (None, _) => DVec2::ONE,
+        };
+        let probe = pixel.max(1e-9);
+        let middle = at.footprint(map, DVec3::ZERO).at;
+        let moved = axes.map(|axis| (at.footprint(map, axis * probe).at - middle) / probe * texel);
+        let texels = moved[0].length().max(moved[1].length());
+        let step = (pixel / 2.0).max(if texels > 0.0 { 0.5 / texels } else { 0.0 });
+        if !(step > 0.0 && step.is_finite()) {
+            return DVec3::ZERO;
+        }
+        let along =
+            |axis: DVec3| axis * ((height(axis * step) - height(axis * -step)) / (2.0 * step));
+        along(axes[0]) + along(axes[1])
+    }
+}
+
+/// Waves between 0 and 1, with the mean of what a pixel covers.
+fn wave(right: f64, up: f64, footprint: &Footprint) -> f64 {
+    let along = |count: f64, place: f64, sides: [f64; 2]| {
+        // The mean of a wave over a length is a wave, lower by sinc of it; the sides of a parallelogram one
+        // after the other.
+        let lower = |side: f64| match PI * count * side {
+            0.0 => 1.0,
+            angle => math::sin(angle) / angle,
+        };
+        math::cos(TAU * count * place) * lower(sides[0]) * lower(sides[1])
+    };
+    let Footprint { at, right: r, down: d } = footprint;
+    0.5 + 0.5 * along(right, at.x, [r.x, d.x]) * along(up, at.y, [r.y, d.y])
+}
+
+/// What is seen of a panorama in a direction: its middle lies towards -z, its top is the zenith.
+fn around(direction: DVec3, at: &At<'_>) -> Footprint {
+    let u = math::atan2(direction.x, -direction.z) / TAU + 0.5;
+    let v = 1.0 - math::acos(direction.normalize_or_zero().y.clamp(-1.0, 1.0)) / PI;
+    // A flat mirror shows as wide an angle as a pixel; less than a texel makes no difference.
+    let angle = at.steps[0].length().min(at.steps[1].length()) * 1e-3;
+    let (right, down) = (DVec2::new(angle / TAU, 0.0), DVec2::new(0.0, -angle / PI));
+    Footprint { at: DVec2::new(u, v), right, down }
+}
+
+/// A picture that can be read.
+fn source(picture: &Picture, meaning: Meaning) -> Option<(PathBuf, Source)> {
+    let (path, number) = match picture {
+        Picture::File(path) => (PathBuf::from(path), None),
+        Picture::Embedded(path, number) => (PathBuf::from(path), Some(*number)),
+        Picture::Wave(..) => return None,
+    };
+    let mut key = KeyHasher::new("picture");
+    key.value(&(&path, number, meaning));
+    // A file that was changed is another one.
+    if let Ok(about) = std::fs::metadata(&path) {
+        key.value(&(about.len(), about.modified().ok()));
+    }
+    let from = path.clone();
+    let read = move || -> Result<Texels> {
+        match number {
+            None => texels::read(&from),
+            Some(number) => gltf::picture(Path::new(&from), number),
+        }
+    };
+    Some((path, Source { key: key.finish(), meaning, read: Box::new(read) }))
+}

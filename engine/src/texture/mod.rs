@@ -1,0 +1,12 @@
+//! Pictures on surfaces: kept as pyramids, within a limit of bytes, and filtered by what a pixel covers of
+//! them (\[N], "Texture mapping"; \[D], "Attribute mapping", processes 2 and 3).
+
+mod filter;
+mod mapping;
+mod pyramid;
+mod store;
+
+pub use filter::{Filter, Footprint, Wrap};
+pub use mapping::{By, Mapping, Place};
+pub use pyramid::{Level, Meaning};
+pub use store::{Opened, Source, Store, store};
