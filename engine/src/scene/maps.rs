@@ -170,7 +170,10 @@ impl Maps {
     /// If one is not.
     pub(super) fn offers(&self) -> Result<()> {
         for (path, _) in self.maps.iter().filter_map(|map| map.source.as_ref()) {
-            std::fs::metadata(path).map_err(|e| Error::file(path, e))?;
+            std::fs::metadata(path).map_err(|e| {
+                let what = format!("{e}; ReadScene(pictures: false) shows the scene without");
+                Error::file(path, std::io::Error::new(e.kind(), what))
+            })?;
         }
         Ok(())
     }

@@ -27,6 +27,8 @@ pub struct ReadScene {
     /// degrees.
     #[schemars(range(min = 0.0, max = 180.0))]
     pub crease: Option<f64>,
+    /// Whether surfaces show their pictures: `false` for scenes whose pictures are not at hand.
+    pub pictures: Option<bool>,
     /// A name for the scene in messages and object names. Absent, the file's path.
     pub name: Option<String>,
 }
@@ -42,8 +44,9 @@ impl Node for ReadScene {
     }
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Scene> {
-        let ReadScene { file, plan, unit, up, origin, crease, name } = self;
-        let options = ReadOptions { unit: *unit, up: *up, origin: *origin, crease: *crease };
+        let ReadScene { file, plan, unit, up, origin, crease, pictures, name } = self;
+        let (unit, up, origin, crease, pictures) = (*unit, *up, *origin, *crease, *pictures);
+        let options = ReadOptions { unit, up, origin, crease, pictures };
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.resolve(inputs), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));

@@ -114,7 +114,9 @@ fn unpack(origin: &Origin, contents: &[u8], how: &How, label: &str) -> Result<Sc
     let Bundle { document, directory, key, .. } = bundle;
     let plan = how.plan.as_deref();
     let scene = Scene::with_files(&document, plan, label, key, &directory, files);
-    scene.map(|(scene, _)| scene).map_err(|error| fault(error.to_string()))
+    let (mut scene, _) = scene.map_err(|error| fault(error.to_string()))?;
+    how.options.apply(&mut scene);
+    Ok(scene)
 }
 
 fn how(origin: &Origin) -> Result<How> {

@@ -4,19 +4,21 @@
 //! read. Interior rings become holes. A surface looks as its material says or, without one, as its
 //! kind (wall, roof, window) usually does.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use serde::Deserialize;
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::path::Path;
 
 use super::super::document::{Document, Object, Plan};
 use super::super::face::{Face, Sides};
-use super::super::material::{AlphaMode, Material};
+use super::super::material::{AlphaMode, Map, Material, Picture};
 use super::super::mesh::Mesh;
 use super::super::shape::Shape;
 use super::Reader;
 use crate::color::Color;
 use crate::error::{Error, Result};
+use crate::texture::{Mapping, Wrap};
 
 #[derive(Deserialize)]
 struct City {
@@ -43,6 +45,17 @@ struct Placement {
 struct Appearance {
     #[serde(default)]
     materials: Vec<CityMaterial>,
+    #[serde(default)]
+    textures: Vec<CityTexture>,
+    #[serde(default, rename = "vertices-texture", alias = "vertex-texture")]
+    places: Vec<[f32; 2]>,
+}
+
+#[derive(Deserialize)]
+struct CityTexture {
+    image: String,
+    #[serde(rename = "wrapMode")]
+    wrap: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -86,6 +99,8 @@ struct CityGeometry {
     semantics: Value,
     #[serde(default)]
     material: Value,
+    #[serde(default)]
+    texture: Value,
     template: Option<usize>,
     #[serde(rename = "transformationMatrix")]
     matrix: Option<[f64; 16]>,
@@ -222,22 +237,36 @@ impl<'a> Builder<'a> {
         let mut surfaces = Vec::new();
         gather(&geometry.boundaries, depth, &mut Vec::new(), &mut surfaces)?;
         // Materials and semantics mirror the nesting of the surfaces.
-        let theme = geometry.material.as_object().and_then(|themes| themes.values().next());
+        let first = |themes: &Value| match themes {
+            // Drafts had one theme without a name.
+            Value::Array(values) => Some(serde_json::json!({ "values": values })),
+            themes => themes.as_object()?.values().next().cloned(),
+        };
+        let (theme, pictures) = (first(&geometry.material), first(&geometry.texture));
         let mut mesh = Mesh::default();
-        let mut vertices: HashMap<usize, u32> = HashMap::new();
+        // By vertex and place in a picture.
+        let mut vertices: HashMap<(usize, [u32; 2]), u32> = HashMap::new();
         for (number, (path, rings)) in surfaces.into_iter().enumerate() {
+            let placed = pictures.as_ref().and_then(|theme| nested(theme.get("values")?, &path));
+            let picture = placed.and_then(|rings| self.picture(rings.get(0)?.get(0)?.as_u64()?));
             let mut outlines = Vec::new();
-            for ring in rings {
+            for (k, ring) in rings.iter().enumerate() {
                 let mut outline = Vec::new();
-                for corner in ring.as_array().into_iter().flatten() {
+                for (i, corner) in ring.as_array().into_iter().flatten().enumerate() {
+                    let place = placed.and_then(|rings| rings.get(k)?.get(i + 1)?.as_u64());
+                    let place = place.and_then(|place| usize::try_from(place).ok());
+                    let place = place.and_then(|place| self.city.appearance.places.get(place));
+                    let uv = place.copied().unwrap_or_default();
                     let index = corner.as_u64().and_then(|i| usize::try_from(i).ok());
                     let known = index.filter(|i| *i < points.len()).ok_or_else(|| {
                         let count = points.len();
                         Error::invalid(format!("surface {number}: vertex {corner} of {count}"))
                     })?;
                     let next = mesh.points.len() as u32;
-                    outline.push(*vertices.entry(known).or_insert_with(|| {
+                    let id = (known, uv.map(f32::to_bits));
+                    outline.push(*vertices.entry(id).or_insert_with(|| {
                         mesh.points.push(points[known]);
+                        mesh.uvs.push(uv.into());
                         next
                     }));
                 }
@@ -245,13 +274,16 @@ impl<'a> Builder<'a> {
             }
             let mut outlines = outlines.into_iter();
             let Some(outline) = outlines.next() else { continue };
-            let material = theme
-                .and_then(|theme| self.material(theme, &path))
+            let material = picture
+                .or_else(|| self.material(theme.as_ref()?, &path))
                 .or_else(|| self.kind(&geometry.semantics, &path));
             let sides =
                 Sides { front: material.map(|name| mesh.material(&name)), ..Sides::default() };
             let face = Face { outline, holes: outlines.collect(), sides, ..Face::default() };
             mesh.add_face(face).map_err(|e| Error::invalid(format!("surface {number}: {e}")))?;
+        }
+        if mesh.uvs.iter().all(|uv| *uv == Vec2::ZERO) {
+            mesh.uvs.clear();
         }
         Ok(mesh)
     }
@@ -268,6 +300,33 @@ impl<'a> Builder<'a> {
         let material = Material { color, alpha, alpha_mode, ..Material::default() };
         self.materials.insert(name.clone(), material);
         Some(name)
+    }
+
+    /// The material of surfaces with a picture.
+    fn picture(&mut self, number: u64) -> Option<String> {
+        let texture = self.city.appearance.textures.get(usize::try_from(number).ok()?)?;
+        let wrap = match texture.wrap.as_deref() {
+            Some("mirror") => Wrap::Mirror,
+            Some("clamp" | "border") => Wrap::Clamp,
+            Some("none") => Wrap::Nothing,
+            _ => Wrap::Repeat,
+        };
+        let mapping = Mapping { wrap: [wrap; 2], ..Mapping::default() };
+        let picture = Picture::File(self.found(texture.image.replace('\\', "/")));
+        let map = Map { mapping, ..Map::of(picture) };
+        let maps = BTreeMap::from([("color".to_owned(), map)]);
+        let name = format!("picture {number}");
+        let material = Material { color: Color::WHITE, maps, ..Material::default() };
+        self.materials.entry(name.clone()).or_insert(material);
+        Some(name)
+    }
+
+    /// Where a picture is: files without a path may lie in a folder of their own.
+    fn found(&self, image: String) -> String {
+        let folder = self.reader.path.parent().unwrap_or(Path::new(""));
+        let elsewhere = format!("appearances/{image}");
+        let is_elsewhere = !folder.join(&image).exists() && folder.join(&elsewhere).exists();
+        if is_elsewhere { elsewhere } else { image }
     }
 
     /// A plain material by what kind of surface it is.

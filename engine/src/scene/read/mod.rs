@@ -3,10 +3,10 @@
 //! | format | ends in | up | unit | remarks |
 //! |---|---|---|---|---|
 //! | glTF 2.0 | `.gltf`, `.glb` | y | 1 m | nodes, meshes, cameras, colours; textures by reference |
-//! | Wavefront | `.obj` (+ `.mtl`) | y | 1 m | polygons stay polygons; objects, groups, vertex colours |
+//! | Wavefront | `.obj` (+ `.mtl`) | y | 1 m | polygons stay polygons; objects, groups, vertex colours; textures by reference |
 //! | Stanford | `.ply` | y | 1 m | text and both binary forms |
 //! | Stereolithography | `.stl` | z | 1 mm | text and binary; the vertices of triangles are shared |
-//! | CityJSON 1.0 to 2.0 | `.json` | z | 1 m | interior rings become holes |
+//! | CityJSON 1.0 to 2.0 | `.json` | z | 1 m | interior rings become holes; textures by reference |
 //! | own, text | `.ron` | y | 1 m | the whole model; see [`text`] |
 //! | own, binary | `.scene` | y | 1 m | the whole model; see [`binary`] |
 //!
@@ -54,6 +54,8 @@ pub struct ReadOptions {
     pub origin: Option<[f64; 3]>,
     /// Gives meshes without normals smooth ones, where faces meet at less than this angle in degrees.
     pub crease: Option<f64>,
+    /// Whether surfaces show their pictures; they do if nothing is said.
+    pub pictures: Option<bool>,
 }
 
 /// What was read from a file.
@@ -130,8 +132,18 @@ pub fn scene(path: &Path, plan: Option<&str>, label: &str, options: &ReadOptions
         other => other,
     })?;
     scene.notes.splice(0..0, reading.notes);
+    options.apply(&mut scene);
     scene.origin = Some(bundle::origin(path, plan, options, scene.key));
     Ok(scene)
+}
+
+impl ReadOptions {
+    /// What is done to a scene that is ready.
+    fn apply(&self, scene: &mut Scene) {
+        if self.pictures == Some(false) {
+            scene.materials.iter_mut().for_each(|material| material.maps.clear());
+        }
+    }
 }
 
 fn check(options: &ReadOptions) -> Result<()> {
