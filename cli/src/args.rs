@@ -58,6 +58,9 @@ pub(crate) struct Render {
     /// Use this many threads. Default: one for each processor.
     #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
+    /// Hold no more than this of the pictures on surfaces, such as 512M or 2G; what does not fit is read again.
+    #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "1G")]
+    pub(crate) textures: usize,
     /// Evaluate nothing; say what would be.
     #[arg(short = 'n', long)]
     pub(crate) dry_run: bool,
@@ -264,6 +267,20 @@ fn size(text: &str) -> Result<(u32, u32), String> {
         }
         _ => Err("write width x height in pixels, such as 1920x1080".to_owned()),
     }
+}
+
+fn bytes(text: &str) -> Result<usize, String> {
+    let units = [('K', 10), ('M', 20), ('G', 30), ('T', 40)];
+    let upper = text.to_uppercase();
+    let unit = units.into_iter().find(|(unit, _)| upper.ends_with(*unit));
+    let (digits, shift) = match unit {
+        Some((unit, shift)) => (upper.trim_end_matches(unit), shift),
+        None => (upper.as_str(), 0),
+    };
+    let number: Option<usize> = digits.trim().parse().ok();
+    number
+        .and_then(|number| number.checked_mul(1 << shift))
+        .ok_or_else(|| "write a number of bytes, such as 512M or 2G".to_owned())
 }
 
 fn scale(text: &str) -> Result<(f64, f64), String> {

@@ -6,6 +6,7 @@ use spandrel_engine::graph::document::{Document, RawNode};
 use spandrel_engine::graph::{Graph, Plan, Registry, Run};
 use spandrel_engine::image::Window;
 use spandrel_engine::output;
+use spandrel_engine::texture::store;
 use spandrel_engine::values::{Delivery, Override};
 use std::path::Path;
 use std::time::Instant;
@@ -26,6 +27,7 @@ pub(crate) fn run(registry: &Registry, args: &Render) -> u8 {
 }
 
 fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
+    store().set_limit(args.textures);
     let (graph, outputs) = prepare(registry, args)?;
     let changed = Override {
         size: args.size,
@@ -65,7 +67,14 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
         print::out(&stats::explanation(&graph, &plan, &evaluated.reports));
     }
     match args.stats {
-        Some(Format::Table) => print::out(&stats::table(&evaluated.reports, seconds)),
+        Some(Format::Table) => {
+            print::out(&stats::table(&evaluated.reports, seconds));
+            let (most, reads) = store().report();
+            if reads > 0 {
+                let most = print::bytes(most as u64);
+                print::out(&format!("pictures on surfaces: {most} at most, {reads} times read\n"));
+            }
+        }
         Some(Format::Json) => print::out(&stats::json(&evaluated.reports, seconds)),
         None => {}
     }

@@ -150,10 +150,13 @@ impl Look<'_, '_> {
         Ok(self.cut(self.texel(&level, x, y), 0.0))
     }
 
-    /// Between the two levels whose texels are about as wide as `width` texels of the picture.
+    /// Between the two levels that show the mean over about `width` texels of the picture.
     fn between(&self, at: DVec2, width: f64) -> Result<[f32; 4]> {
         let most = f64::from(self.picture.count() - 1);
-        let wanted = if width > 1.0 { crate::math::log2(width).min(most) } else { 0.0 };
+        // A texel that is the mean of a square, taken with its neighbours, is spread as far as a pixel whose side
+        // is this much longer.
+        let texel = width / 3f64.sqrt();
+        let wanted = if texel > 1.0 { crate::math::log2(texel).min(most) } else { 0.0 };
         let (number, part) = (wanted.floor(), wanted.fract() as f32);
         let mut seen = self.on(number as u32, at, width)?;
         if part > 0.0 {
