@@ -3,6 +3,7 @@
 
 use glam::DVec3;
 use spandrel_engine::color::Color;
+use spandrel_engine::key::Key;
 use spandrel_engine::light::list::{Entry, SunLight};
 use spandrel_engine::scene::read::{self, ReadOptions, binary, text};
 use spandrel_engine::scene::shape::Patch;
@@ -353,9 +354,15 @@ fn ply_and_stl_in_text_and_binary_are_one_mesh() {
 #[test]
 fn the_manual_of_scenes_shows_every_shape_and_all_of_it_parses() {
     let manual = include_str!("../graphs/SCENES.md");
-    let mut blocks = manual.split("```ron\n").skip(1).map(|rest| rest.split("```").next().unwrap());
-    let (scene, shapes) = (blocks.next().unwrap(), blocks.next().unwrap());
-    text::parse(Path::new("SCENES.md"), scene.as_bytes()).unwrap();
+    let blocks = manual.split("```ron\n").skip(1).map(|rest| rest.split("```").next().unwrap());
+    let (scenes, shapes): (Vec<&str>, Vec<&str>) = blocks.partition(|b| b.starts_with("Scene("));
+    assert_eq!((scenes.len(), shapes.len()), (2, 1));
+    for scene in scenes {
+        let document = text::parse(Path::new("SCENES.md"), scene.as_bytes()).unwrap();
+        let key = Key::of(&document);
+        Scene::new(&document, None, "manual", key, Path::new("")).unwrap();
+    }
+    let shapes = shapes[0];
     let parse = |text: &str| spandrel_engine::text::options().from_str::<Shape>(text);
     for shape in shapes.lines() {
         parse(shape).unwrap_or_else(|e| panic!("{shape}: {e}"));

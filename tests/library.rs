@@ -110,7 +110,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 24] = [
+const LAYERS: [(&str, &[&str]); 25] = [
     ("error", &[]),
     ("math", &[]),
     ("key", &[]),
@@ -123,6 +123,7 @@ const LAYERS: [(&str, &[&str]); 24] = [
     ("polygon", &[]),
     ("packed", &["color"]),
     ("trace", &["math", "polygon"]),
+    ("stream", &["color", "error", "math"]),
     ("texture", &["color", "error", "image", "key", "math"]),
     ("fragment", &["camera", "color", "error", "key", "texture", "trace"]),
     (
@@ -143,14 +144,14 @@ const LAYERS: [(&str, &[&str]); 24] = [
         "shade",
         &[
             "camera", "color", "error", "fragment", "key", "light", "math", "packed", "shadow",
-            "trace",
+            "stream", "text", "trace",
         ],
     ),
     (
         "resolve",
         &[
             "camera", "color", "error", "fragment", "image", "key", "math", "raster", "shadow",
-            "span", "texture", "trace", "visible",
+            "span", "text", "texture", "trace", "visible",
         ],
     ),
     (

@@ -54,6 +54,7 @@ pub mod shade;
 pub mod shadow;
 pub mod span;
 pub mod span_file;
+pub mod stream;
 pub mod text;
 pub mod texture;
 pub mod trace;

@@ -43,11 +43,13 @@ pub mod shade {
     mod illuminate;
     mod recolor;
     mod recolor_from;
+    mod stream;
     mod trace;
     pub use fog::Fog;
     pub use illuminate::Illuminate;
     pub use recolor::Recolor;
     pub use recolor_from::RecolorFrom;
+    pub use stream::Stream;
     pub use trace::Trace;
 }
 
@@ -107,6 +109,7 @@ pub fn register(registry: &mut Registry) {
         .register::<shade::Illuminate>()
         .register::<shade::Recolor>()
         .register::<shade::RecolorFrom>()
+        .register::<shade::Stream>()
         .register::<shade::Trace>()
         .register::<source::Camera>()
         .register::<source::LightFaces>()

@@ -31,8 +31,15 @@ impl Columns {
     /// the image is looked at.
     pub const TRACED: Columns = Columns(128);
 
+    /// The place in the object's own space.
+    pub const LOCAL: Columns = Columns(256);
+    /// Texture coordinates.
+    pub const UV: Columns = Columns(512);
+    /// The names of objects.
+    pub const NAMES: Columns = Columns(1024);
+
     /// What differs from place to place on every face.
-    pub const PLACE: Columns = Columns(4 | 8 | 64);
+    pub const PLACE: Columns = Columns(4 | 8 | 64 | 256 | 512);
 
     /// Whether every column of `other` is in this set.
     pub fn contains(self, other: Columns) -> bool {

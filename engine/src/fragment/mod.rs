@@ -74,12 +74,38 @@ pub struct Fragments<'v> {
     pub unlit: Vec<bool>,
     /// The parts that the colour is the sum of, if anybody wants to know.
     pub layers: Option<Layers>,
+    /// The place in the object's own space ([`Columns::LOCAL`]). Empty if the surfaces do not say.
+    pub local: Vec<Local>,
+    /// Texture coordinates ([`Columns::UV`]). Empty if the surfaces do not say.
+    pub uv: Vec<Uv>,
+    /// The names of objects, with their source's before them ([`Columns::NAMES`]).
+    pub names: Vec<Arc<str>>,
+    /// The name of their source.
+    pub label: String,
     /// From where they are seen, if not by the camera.
     pub sight: Option<Sight>,
     /// A pixel's width and height, in pixels of the raster.
     pub pixel: DVec2,
     /// How pictures on surfaces are filtered.
     pub textures: Filter,
+}
+
+/// A place in an object's own space.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Local {
+    /// The point.
+    pub point: DVec3,
+    /// Its units to a metre.
+    pub scale: f64,
+}
+
+/// A place in texture coordinates.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Uv {
+    /// u and v.
+    pub at: DVec2,
+    /// Their units to a metre, about.
+    pub scale: f64,
 }
 
 /// The least cosine between a face's normal and a ray for which footprints grow.
@@ -177,6 +203,10 @@ impl<'v> Fragments<'v> {
             alpha: Vec::new(),
             unlit: Vec::new(),
             layers: None,
+            local: Vec::new(),
+            uv: Vec::new(),
+            names: Vec::new(),
+            label: String::new(),
             sight: None,
             pixel: DVec2::ONE,
             textures: Filter::default(),
@@ -314,6 +344,18 @@ impl<'v> Fragments<'v> {
         if wanted.contains(Columns::COLOR) {
             self.alpha.resize(self.len(), 1.0);
         }
+        if wanted.contains(Columns::NAMES) {
+            let mut last: Option<(u32, Arc<str>)> = None;
+            for ordinal in &self.ordinal {
+                let known = last.take().filter(|(known, _)| known == ordinal);
+                let (_, name) = known.unwrap_or_else(|| {
+                    let path = surfaces.object(*ordinal);
+                    (*ordinal, object_name(&self.label, &path).into())
+                });
+                self.names.push(name.clone());
+                last = Some((*ordinal, name));
+            }
+        }
         if wanted.contains(Columns::FINISH) {
             self.finish.resize(self.len(), Finish::default());
         }
@@ -321,6 +363,11 @@ impl<'v> Fragments<'v> {
             layers.layer(Layers::REST, self.color.len()).copy_from_slice(&self.color);
         }
     }
+}
+
+/// The name of an object of a source: `"cars.glb/truck/wheel"`.
+pub fn object_name(label: &str, path: &str) -> String {
+    if path.is_empty() { label.to_owned() } else { format!("{label}/{path}") }
 }
 
 /// What a source knows of its faces beyond their geometry on the screen.

@@ -9,11 +9,12 @@ use super::coverage::{Cover, Coverage};
 use crate::fragment::Columns;
 use crate::image::Window;
 use crate::span::{FaceId, SpanImage};
+use crate::text::names_object;
 
 /// Which fragments are selected.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Select {
-    /// Those of objects by name, with or without that of their scene before it; `*` stands for anything.
+    /// Those of objects by name, or the end of it after a `/`; `*` stands for anything.
     Objects(Vec<String>),
     /// Those of faces, by their numbers in the scene of a name.
     Faces(BTreeMap<String, BTreeSet<u32>>),
@@ -47,8 +48,7 @@ impl Select {
                 selected.faces[id] = match self {
                     Select::Objects(names) => {
                         let object = source.object(face.ordinal);
-                        let within = object.split_once('/').map_or("", |(_, within)| within);
-                        names.iter().any(|name| fits(name, &object) || fits(name, within))
+                        names.iter().any(|name| names_object(name, &object))
                     }
                     Select::Faces(faces) => {
                         let numbers = faces.get(&source.label);
@@ -111,39 +111,5 @@ impl Selected {
                 }
             }
         }
-    }
-}
-
-/// Whether a name fits a pattern in which `*` stands for anything.
-fn fits(pattern: &str, name: &str) -> bool {
-    let mut parts = pattern.split('*');
-    let Some(mut rest) = parts.next().and_then(|first| name.strip_prefix(first)) else {
-        return false;
-    };
-    let Some(last) = parts.next_back() else { return rest.is_empty() };
-    for part in parts {
-        let Some(at) = rest.find(part) else { return false };
-        rest = &rest[at + part.len()..];
-    }
-    rest.len() >= last.len() && rest.ends_with(last)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::fits;
-
-    #[test]
-    fn stars_stand_for_anything() {
-        let yes = [
-            ("a/b", "a/b"),
-            ("*", ""),
-            ("*", "x"),
-            ("a*", "a/b/c"),
-            ("*b*", "abc"),
-            ("a*b*c", "a1b2c"),
-        ];
-        yes.iter().for_each(|(pattern, name)| assert!(fits(pattern, name), "{pattern} {name}"));
-        let no = [("a", "ab"), ("", "a"), ("a*a", "a"), ("a*b", "abc"), ("*bb*b", "abb")];
-        no.iter().for_each(|(pattern, name)| assert!(!fits(pattern, name), "{pattern} {name}"));
     }
 }

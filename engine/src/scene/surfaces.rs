@@ -10,7 +10,7 @@ use super::maps::{At, Maps, Seen};
 use super::material::AlphaMode;
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Columns, Environment, Finish, Fragments, Origin, Surfaces};
+use crate::fragment::{Columns, Environment, Finish, Fragments, Local, Origin, Surfaces, Uv};
 use crate::polygon;
 use crate::texture::Opened;
 use crate::trace::{Casters, CastersBuilder};
@@ -145,7 +145,8 @@ impl Surfaces for SceneSurfaces {
     fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>) {
         let (colors, normals) = (wanted.contains(Columns::COLOR), wanted.contains(Columns::NORMAL));
         let (facing, finish) = (wanted.contains(Columns::FACING), wanted.contains(Columns::FINISH));
-        if !(colors || normals || facing || finish) {
+        let (local, uv) = (wanted.contains(Columns::LOCAL), wanted.contains(Columns::UV));
+        if !(colors || normals || facing || finish || local || uv) {
             return;
         }
         let mut last: Option<(u32, Look<'_>)> = None;
@@ -156,7 +157,7 @@ impl Surfaces for SceneSurfaces {
                 Some(known) => last.insert(known),
                 None => last.insert((ordinal, self.look(ordinal, sees_front))),
             };
-            let is_alike = look.frame.is_none() && look.maps.is_none();
+            let is_alike = look.frame.is_none() && look.maps.is_none() && !local && !uv;
             let world = match (is_alike, fragments.position.get(i)) {
                 (true, _) => DVec3::ZERO,
                 (false, Some(position)) => *position,
@@ -165,6 +166,20 @@ impl Surfaces for SceneSurfaces {
                     fragments.view.world_point(x, y, fragments.depth[i])
                 }
             };
+            if local || uv {
+                let point = look.place.0.transform_point3(world);
+                let scale = look.place.0.matrix3.determinant().abs().cbrt();
+                if local {
+                    fragments.local.push(Local { point, scale });
+                }
+                if uv {
+                    let at = look.uv(point);
+                    let step = look.front.any_orthonormal_vector();
+                    let across = look.front.cross(step);
+                    let [a, b] = [step, across].map(|step| look.uv(point + step) - at);
+                    fragments.uv.push(Uv { at, scale: scale * a.perp_dot(b).abs().sqrt() });
+                }
+            }
             if facing {
                 fragments.facing.push(if sees_front { look.normal } else { -look.normal });
             }

@@ -264,6 +264,7 @@ impl Trace {
             let at = known.unwrap_or_else(|| {
                 let mut empty = Fragments::new(fragments.view);
                 (empty.pixel, empty.textures) = (fragments.pixel, fragments.textures);
+                empty.label.clone_from(&world.members()[member].label);
                 let turns = fragments.sight.as_ref().map_or(0, |sight| sight.turns) + 1;
                 empty.sight = Some(Sight { turns, ..Sight::default() });
                 empty.layers = fragments.layers.as_ref().map(|_| Layers::default());

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::face::{FaceTable, FaceTableBuilder};
 use super::hold::Held;
 use crate::error::Result;
-use crate::fragment::{Batch, Columns, Fragments, Member, Stage, Surfaces, stack};
+use crate::fragment::{Batch, Columns, Fragments, Member, Stage, Surfaces, object_name, stack};
 use crate::key::Key;
 
 /// The faces of one scene under one shading stack. Merging unites sources; a shader applies to the
@@ -73,6 +73,7 @@ impl Source {
         if fragments.is_empty() {
             return;
         }
+        fragments.label.clone_from(&self.label);
         let places = stack::fill_at_start(&self.stack, &*self.surfaces, self.reads(), fragments);
         stack::run(&self.stack, places, batch, fragments);
     }
@@ -87,8 +88,7 @@ impl Source {
 
     /// The name of the object that a face belongs to, with its source's: `"cars.glb/truck/wheel"`.
     pub fn object(&self, ordinal: u32) -> String {
-        let path = self.surfaces.object(ordinal);
-        if path.is_empty() { self.label.clone() } else { format!("{}/{path}", self.label) }
+        object_name(&self.label, &self.surfaces.object(ordinal))
     }
 
     /// The same source with the faces of `other`, which must be equal in order, added. Returns it with

@@ -22,7 +22,7 @@ pub struct Refine {
     /// The image that it was resolved from, shaded better.
     pub image: Link<SpanImage>,
     /// What is computed anew: `Objects(["table/*"])` by the names of objects (`spandrel info` of the scene lists
-    /// them), with or without the scene's before it, where `*` stands for anything; `Faces({"scene.ron": [3, 4]})`
+    /// them) or the end of them after a `/`, where `*` stands for anything; `Faces({"scene.ron": [3, 4]})`
     /// by their numbers; `Region(left, top, width, height)` in pixels; `Traced`, what rays start from.
     pub select: Select,
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.

@@ -1,0 +1,310 @@
+//! The stream editor: its language against sums done by hand, its programs on pictures, and texts that are no
+//! programs.
+
+#![allow(clippy::disallowed_methods, reason = "what is expected may be computed by anybody's sine")]
+
+use glam::{DVec2, dvec3 as v};
+use spandrel_engine::camera::{Camera, View};
+use spandrel_engine::color::Color;
+use spandrel_engine::image::Image;
+use spandrel_engine::raster::Raster;
+use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::scene::Scene;
+use spandrel_engine::shade::{Recolor, Stream};
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::stream::{Parameter, Program, Variable};
+use spandrel_engine::visible;
+use spandrel_tests::lights::{illuminate, sun};
+use spandrel_tests::random::Random;
+use spandrel_tests::scenes::{front_view, polygons, random_faces, scene};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+const RULE: Rule = Rule::Sloped(4);
+
+fn program(code: &str) -> Result<Program, String> {
+    let parameters = BTreeMap::from([
+        ("scale".to_owned(), Parameter::Number(2.5)),
+        ("tint".to_owned(), Parameter::Color(Color::new(0.2, 0.4, 0.6))),
+    ]);
+    Program::new(code, &parameters).map_err(|error| error.to_string())
+}
+
+/// What a program makes where P is (1, 2, 3) and a pixel covers so much.
+fn seen(code: &str, width: f32) -> [f32; 3] {
+    let program = program(code).unwrap_or_else(|error| panic!("{code}: {error}"));
+    let read = |variable: Variable, _: usize, out: &mut [f32]| {
+        out.fill(match variable {
+            Variable::World(k) => 1.0 + k as f32,
+            Variable::Color(k) => 0.1 * (k + 1) as f32,
+            Variable::Width => width,
+            Variable::Depth => 7.0,
+            _ => 0.0,
+        });
+    };
+    program.run(1, read).color[0].to_array()
+}
+
+#[test]
+fn expressions_mean_what_they_mean_by_hand() {
+    let cases: [(&str, f32); 40] = [
+        ("1 + 2 * 3", 7.0),
+        ("(1 + 2) * 3", 9.0),
+        ("2 ^ 3 ^ 2", 512.0),
+        ("-2 ^ 2", -4.0),
+        ("7 % 3", 1.0),
+        ("-1 % 3", 2.0),
+        ("10 / 4", 2.5),
+        ("1e-2 * 300", 3.0),
+        ("1 < 2 && 2 < 3", 1.0),
+        ("1 > 2 || !1", 0.0),
+        ("3 == 3 ? 5 : 6", 5.0),
+        ("P.y", 2.0),
+        ("$P[2]", 3.0),
+        ("depth", 7.0),
+        ("scale * 2", 5.0),
+        ("tint.g", 0.4),
+        ("dot(P, [1, 1, 1])", 6.0),
+        ("length([3, 4, 0])", 5.0),
+        ("dist(P, [1, 2, 8])", 5.0),
+        ("cross([1, 0, 0], [0, 1, 0]).z", 1.0),
+        ("norm([0, 5, 0]).y", 1.0),
+        ("clamp(5, 0, 1)", 1.0),
+        ("mix(2, 4, 0.25)", 2.5),
+        ("smoothstep(0.5, 0, 1)", 0.5),
+        ("smoothstep(0.25, 0, 1)", 0.15625),
+        ("linearstep(0.25, 0, 1)", 0.25),
+        ("fit(5, 0, 10, 100, 200)", 150.0),
+        ("gamma(0.25, 2)", 0.5),
+        ("bias(0.3, 0.5)", 0.3),
+        ("contrast(0.5, 0.9)", 0.5),
+        ("luminance([1, 1, 1])", 1.0),
+        ("max(1, 7, 3)", 7.0),
+        ("min(P.x, P.y)", 1.0),
+        ("abs(-3) + floor(2.7) + ceil(2.1) + round(2.6)", 11.0),
+        ("sqrt(16) + hypot(3, 4)", 9.0),
+        ("sin(PI / 2) + cos(0) + atan2(0, 1)", 2.0),
+        ("exp(log(5))", 5.0),
+        ("a = 3; a += 4; a *= 2; a", 14.0),
+        ("def twice(a) { b = a * 2; b } def four(a) { twice(twice(a)) } four(3)", 12.0),
+        ("x1 = 1; if (P.x > 0) { x1 = 5; } else { x1 = 6; } x1", 5.0),
+    ];
+    for (code, expected) in cases {
+        let [r, ..] = seen(code, 0.0);
+        assert!((r - expected).abs() < 1e-5 * expected.abs().max(1.0), "{code}: {r}");
+    }
+    assert_eq!(seen("P * 2 + 1", 0.0), [3.0, 5.0, 7.0]);
+    assert_eq!(seen("color = [P.z, 0, 1];", 0.0), [3.0, 0.0, 1.0]);
+    assert_eq!(seen("if (P.x > 5) { color = [1, 1, 1]; }", 0.0), [0.1, 0.2, 0.3]);
+    let back = seen("hsltorgb(rgbtohsl([0.7, 0.3, 0.1]))", 0.0);
+    assert!(back.iter().zip([0.7, 0.3, 0.1]).all(|(a, b)| (a - b).abs() < 1e-6), "{back:?}");
+}
+
+#[test]
+fn patterns_too_fine_to_be_seen_become_their_mean() {
+    let fine = |code: &str| seen(code, 100.0)[0];
+    assert_eq!(fine("noise(P * 10)"), 0.5);
+    assert_eq!(fine("snoise(P + 0.3)"), 0.0);
+    assert_eq!(fine("fbm(P * 3, 5)"), 0.5);
+    assert_eq!(fine("sin(P.x * 40)"), 0.0);
+    // What a place is multiplied by, its pixels are too.
+    let sharp = |factor: f32| seen(&format!("snoise([0.3, 0.7, 0.1] + P * {factor})"), 0.05)[0];
+    assert!(sharp(1.0) != 0.0);
+    assert_eq!(sharp(1000.0), 0.0);
+    assert_ne!(seen("sin(P.x)", 0.01)[0], 0.0);
+    // A constant is the same everywhere, however large a pixel.
+    assert_eq!(seen("noise([0.3, 0.2, 0.9])", 100.0), seen("noise([0.3, 0.2, 0.9])", 0.0));
+}
+
+#[test]
+fn texts_that_are_no_programs_are_told_where() {
+    let cases = [
+        ("", "line 1, column 1: the program makes nothing"),
+        ("a = 1;", "makes nothing"),
+        ("color = ;", "line 1, column 9: expected a value, found \";\""),
+        ("color = [1, 2];", "expected \",\", found \"]\""),
+        ("a = 1;\n  color = b;", "line 2, column 11: there is no \"b\""),
+        ("\n\ncolour(3)", "line 3, column 1: there is no function \"colour\""),
+        ("mix(1, 2)", "mix takes 3 values, not 2"),
+        ("1 + ", "expected a value, found the end"),
+        ("(1", "expected \")\""),
+        ("if (1) { color = 1;", "a \"}\" is missing"),
+        ("P = [1, 2, 3];", "\"P\" is what it is"),
+        ("@", "\"@\" means nothing"),
+        ("1.2.3", "is no number"),
+        ("'x", "no end"),
+        ("object(3)", "a name in quotes"),
+        ("P.q", "no part \"q\""),
+        ("scale.x", "a number has no parts"),
+        ("[P, 1, 2]", "three numbers"),
+        ("voronoi(P, 9)", "1, 2, 3 or 4"),
+        ("def f(a) { f(a) } f(1)", "calls itself"),
+        ("def f(a) { a = 1; } f(1)", "must end with a value"),
+        ("def sin(a) { a } sin(1)", "already"),
+        ("1 2", "expected the end"),
+        ("if (1) { 3 }", "goes nowhere"),
+        ("\u{e4}", "means nothing"),
+    ];
+    for (code, expected) in cases {
+        let error = program(code).err().unwrap_or_else(|| panic!("{code}"));
+        assert!(error.contains(expected), "{code}: {error}");
+    }
+    let deep = format!("{}1{}", "(".repeat(5000), ")".repeat(5000));
+    assert!(program(&deep).unwrap_err().contains("nested"));
+    assert!(program(&"-".repeat(100_000)).unwrap_err().contains("nested"));
+    // Functions that double what they are given, thirty times: too much, and told so at once.
+    let mut code = "def f0(a) { noise(a + P) + noise(a * P) }\n".to_owned();
+    for i in 1..30 {
+        code += &format!("def f{i}(a) {{ f{}(a + {i}) + f{}(a * {i}) }}\n", i - 1, i - 1);
+    }
+    assert!(program(&(code + "f29(1)")).unwrap_err().contains("instructions"));
+}
+
+#[test]
+fn no_text_crashes() {
+    let words = [
+        "P", "color", "=", ";", "(", ")", "[", "]", "{", "}", "if", "else", "def", "f", "1", "0",
+        "1e39", ".x", "+", "-", "*", "/", "%", "^", "?", ":", ",", "noise", "fbm", "voronoi",
+        "mix", "'a'", "object", "#", "\n", "sqrt", "log", "&&", "<",
+    ];
+    let mut random = Random::new(5);
+    let mut sound = 0;
+    for _ in 0..20_000 {
+        let count = random.between(1.0, 14.0) as usize;
+        let word = |random: &mut Random| {
+            words[random.between(0.0, words.len() as f64) as usize % words.len()]
+        };
+        let code: Vec<&str> = (0..count).map(|_| word(&mut random)).collect();
+        if let Ok(program) = program(&code.join(" ")) {
+            sound += 1;
+            let made =
+                program.run(3, |_, _, out| out.copy_from_slice(&[f32::NAN, f32::INFINITY, -1e30]));
+            assert!(made.color.iter().all(|color| color.is_finite()), "{code:?}");
+        }
+    }
+    assert!(sound > 100, "{sound}");
+}
+
+fn shown(image: &SpanImage, channels: &[Channel]) -> Image {
+    let framing = Framing::scaled(image.view().raster(), DVec2::ONE).unwrap();
+    let channels: BTreeSet<Channel> = channels.iter().copied().collect();
+    resolve(image, RULE, &framing, &channels).unwrap()
+}
+
+fn streamed(image: &SpanImage, code: &str) -> SpanImage {
+    image.shaded(Arc::new(Stream::new(code, BTreeMap::new()).unwrap())).unwrap()
+}
+
+fn named(label: &str, of: &Arc<Scene>) -> Arc<Scene> {
+    let mut named = Scene::clone(of);
+    named.label = label.to_owned();
+    Arc::new(named)
+}
+
+#[test]
+fn one_object_is_graded_by_name_without_a_fringe() {
+    // Two clusters that cross: the one graded by name after the merge is the one graded before it, bit for bit,
+    // and so is the one that a node of Rust grades.
+    let (a, b) = (
+        named("town", &scene("", random_faces(3, 20))),
+        named("trees", &scene("", random_faces(4, 20))),
+    );
+    let view = front_view(120, 80);
+    let spans = |scene: &Arc<Scene>| {
+        visible::render(&[scene.clone().into()], &view, RULE.plan().unwrap(), 0..80).unwrap()
+    };
+    let light = || {
+        Arc::new(illuminate(
+            vec![sun(v(-1.0, -2.0, -1.0), Color::WHITE)],
+            Color::grey(0.2),
+            Color::grey(0.1),
+        ))
+    };
+    let grade =
+        |color: &str| format!("{color} = [color.r * 1.3 + 0.02, color.g * 0.7, color.b * 0.5];");
+    let after = SpanImage::merge(&[spans(&a), spans(&b)]).unwrap().shaded(light()).unwrap();
+    let after = streamed(&after, &format!("if (object('trees*')) {{ {} }}", grade("color")));
+    let own = streamed(&spans(&b).shaded(light()).unwrap(), &grade("color"));
+    let before = SpanImage::merge(&[spans(&a).shaded(light()).unwrap(), own]).unwrap();
+    let recolored = Recolor {
+        multiply: Color::new(1.3, 0.7, 0.5),
+        add: Color::new(0.02, 0.0, 0.0),
+        saturation: 1.0,
+    };
+    let by_node = spans(&b).shaded(light()).unwrap().shaded(Arc::new(recolored)).unwrap();
+    let by_node = SpanImage::merge(&[spans(&a).shaded(light()).unwrap(), by_node]).unwrap();
+    let [after, before, by_node] =
+        [after, before, by_node].map(|image| shown(&image, &[Channel::Color]));
+    for name in ["R", "G", "B", "A"] {
+        let [after, before, by_node] = [&after, &before, &by_node].map(|p| p.float(name).unwrap());
+        assert_eq!(after, before);
+        let off = after.iter().zip(by_node).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-5, "{name}: {off}");
+    }
+}
+
+#[test]
+fn places_are_those_of_the_picture_and_layers_go_on_summing() {
+    let floor = |x: f64| {
+        vec![v(x, -1.0, 2.0), v(x + 3.0, -1.0, 2.0), v(x + 3.0, -1.0, -4.0), v(x, -1.0, -4.0)]
+    };
+    let scene = scene("floor", polygons(&[floor(-3.0), floor(0.0)]));
+    let camera =
+        Camera { position: v(0.0, 1.0, 5.0), look_at: v(0.0, -1.0, 0.0), ..Camera::default() };
+    let view = View::new(&camera, Raster::new(80, 60).unwrap()).unwrap();
+    let image = visible::render(&[scene.into()], &view, RULE.plan().unwrap(), 0..60).unwrap();
+    let unlit = streamed(&image, "P / 10 + 0.5");
+    let picture = shown(&unlit, &[Channel::Color, Channel::P]);
+    let value = |name: &str, at: usize| picture.float(name).unwrap()[at];
+    for at in (0..80 * 60).filter(|at| value("A", *at) == 1.0) {
+        for (color, place) in [("R", "P.X"), ("G", "P.Y"), ("B", "P.Z")] {
+            let off = value(color, at) - (value(place, at) / 10.0 + 0.5);
+            // A pixel that shows two faces shows both of their places.
+            assert!(off.abs() < 0.01, "{color} {at}: {off}");
+        }
+    }
+    let light = illuminate(
+        vec![sun(v(-1.0, -2.0, -1.0), Color::WHITE)],
+        Color::grey(0.2),
+        Color::grey(0.1),
+    );
+    let lit = image.shaded(Arc::new(light)).unwrap();
+    let graded = streamed(&lit, "color ^ 1.7 + [0.1, 0, 0] * cellnoise(P)");
+    let picture = shown(&graded, &[Channel::Color, Channel::Light]);
+    let red = picture.float("R").unwrap();
+    let parts: Vec<&[f32]> = picture
+        .channels()
+        .filter(|(name, _)| name.ends_with(".R"))
+        .map(|(name, _)| picture.float(name).unwrap())
+        .collect();
+    assert!(parts.len() >= 3);
+    for (at, red) in red.iter().enumerate() {
+        let sum: f32 = parts.iter().map(|part| part[at]).sum();
+        assert!((sum - red).abs() < 1e-5, "{at}: {sum} {red}");
+    }
+}
+
+#[test]
+fn programs_are_kept_with_their_spans() {
+    let image = streamed(
+        &visible::render(
+            &[scene("", random_faces(3, 20)).into()],
+            &front_view(40, 30),
+            RULE.plan().unwrap(),
+            0..30,
+        )
+        .unwrap(),
+        "turbulence(P * 2)",
+    );
+    let shader = image.shaders().next().unwrap();
+    let text = serde_json::to_string(shader).unwrap();
+    assert!(text.contains("turbulence(P * 2)"), "{text}");
+    let back: Box<dyn spandrel_engine::fragment::Shader> = serde_json::from_str(&text).unwrap();
+    assert_eq!(serde_json::to_string(&back).unwrap(), text);
+    assert!(
+        serde_json::from_str::<Box<dyn spandrel_engine::fragment::Shader>>(
+            &text.replace("* 2", "* ")
+        )
+        .is_err()
+    );
+}
