@@ -2,7 +2,7 @@
 //!
 //! They say *same*, not *right*; what is right stands in the laws and the known answers. A picture that
 //! changed leaves `target/goldens/NAME.png` (expected, eight times the difference, actual) for looking
-//! at. `SPANDREL_GOLDENS=update cargo test -p spandrel-tests --test goldens` takes the new pictures, and
+//! at. `SPANDREL_GOLDENS=update cargo test -p spandrel-tests goldens` takes the new pictures, and
 //! fails all the same, so that nobody updates without noticing.
 
 use image::RgbaImage;

@@ -1,0 +1,32 @@
+//! Every test of the project, one module a subject: `cargo test -p spandrel-tests shadows` runs one.
+
+mod algebra;
+mod cli;
+mod deep;
+mod extremes;
+mod filters;
+mod fog;
+mod formats;
+mod goldens;
+mod graph;
+mod known_answers;
+mod laws;
+mod layers;
+mod library;
+mod lights;
+mod malformed;
+mod panorama;
+mod penumbra;
+mod photometry;
+mod plugins;
+mod probes;
+mod rays;
+mod real;
+mod refined;
+mod shadows;
+mod span_file;
+mod span_file_bytes;
+mod stream;
+mod text_art;
+mod textures;
+mod traced;
