@@ -47,7 +47,7 @@ fn seen(code: &str, width: f32) -> [f32; 3] {
 
 #[test]
 fn expressions_mean_what_they_mean_by_hand() {
-    let cases: [(&str, f32); 40] = [
+    let cases: [(&str, f32); 48] = [
         ("1 + 2 * 3", 7.0),
         ("(1 + 2) * 3", 9.0),
         ("2 ^ 3 ^ 2", 512.0),
@@ -87,6 +87,14 @@ fn expressions_mean_what_they_mean_by_hand() {
         ("exp(log(5))", 5.0),
         ("a = 3; a += 4; a *= 2; a", 14.0),
         ("def twice(a) { b = a * 2; b } def four(a) { twice(twice(a)) } four(3)", 12.0),
+        ("P == [1, 2, 3] ? 1 : 0", 1.0),
+        ("P == [1, 2, 4] ? 1 : 0", 0.0),
+        ("P != [1, 2, 4] ? 1 : 0", 1.0),
+        ("P != [1, 2, 3] ? 1 : 0", 0.0),
+        ("gaussstep(-0.1, 0, 1)", 0.0),
+        ("gaussstep(0.5, 0, 1)", 0.25),
+        ("gaussstep(2, 0, 1)", 1.0),
+        ("fmod(-1, 3)", 2.0),
         ("x1 = 1; if (P.x > 0) { x1 = 5; } else { x1 = 6; } x1", 5.0),
     ];
     for (code, expected) in cases {
@@ -141,6 +149,11 @@ fn texts_that_are_no_programs_are_told_where() {
         ("def f(a) { f(a) } f(1)", "calls itself"),
         ("def f(a) { a = 1; } f(1)", "must end with a value"),
         ("def sin(a) { a } sin(1)", "already"),
+        ("def f(a) { a } def f(a) { a + 1 } f(1)", "two functions \"f\""),
+        ("def f(a, a) { a } f(1, 2)", "f takes \"a\" twice"),
+        ("PI = 3;", "\"PI\" is what it is"),
+        ("P ? 1 : 2", "a condition is one number"),
+        ("if (P > 1) { color = 1; }", "a condition is one number"),
         ("1 2", "expected the end"),
         ("if (1) { 3 }", "goes nowhere"),
         ("\u{e4}", "means nothing"),
@@ -152,6 +165,25 @@ fn texts_that_are_no_programs_are_told_where() {
     let deep = format!("{}1{}", "(".repeat(5000), ")".repeat(5000));
     assert!(program(&deep).unwrap_err().contains("nested"));
     assert!(program(&"-".repeat(100_000)).unwrap_err().contains("nested"));
+    assert!(program(&"1+".repeat(200_000)).unwrap_err().contains("give parts of it names"));
+    let long = format!("{}1", "1+".repeat(300));
+    assert_eq!(seen(&long, 0.0)[0], 301.0);
+    let named = "a".repeat(3) + &".x".repeat(100_000);
+    assert!(program(&named).is_err());
+    // Calls inside calls, each within its limit, and a doubling that makes no instruction.
+    let mut code = format!("def f0(a) {{ a + {long} }}\n");
+    for i in 1..31 {
+        code += &format!("def f{i}(a) {{ f{}(a){} }}\n", i - 1, "+1".repeat(300));
+    }
+    assert!(program(&(code + "f30(1)")).unwrap_err().contains("inside each other"));
+    let mut code = "def f0(a) { a }\n".to_owned();
+    for i in 1..31 {
+        code += &format!("def f{i}(a) {{ f{}(a) + f{}(a) }}\n", i - 1, i - 1);
+    }
+    assert!(program(&(code + "f30(1)")).unwrap_err().contains("too long"));
+    let given = BTreeMap::from([("color".to_owned(), Parameter::Number(1.0))]);
+    let error = Program::new("color = 1;", &given).unwrap_err().to_string();
+    assert!(error.contains("the name of a variable"), "{error}");
     // Functions that double what they are given, thirty times: too much, and told so at once.
     let mut code = "def f0(a) { noise(a + P) + noise(a * P) }\n".to_owned();
     for i in 1..30 {

@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec3, Vec2, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
-use spandrel_engine::fragment::{Finish, Optics};
+use spandrel_engine::fragment::{Finish, Gloss, Optics};
 use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
@@ -16,7 +16,9 @@ use spandrel_engine::scene::{
 };
 use spandrel_engine::shade::{Illuminate, Shadows, Trace};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::texture::{By, Filter, Footprint, Mapping, Meaning, Source, Store, Wrap};
+use spandrel_engine::texture::{
+    By, Filter, Footprint, Mapping, Meaning, Report, Source, Store, Wrap,
+};
 use spandrel_engine::trace::Accelerator;
 use spandrel_engine::visible;
 use spandrel_tests::data;
@@ -256,6 +258,85 @@ fn what_is_beside_a_picture_is_as_its_wrap_says() {
 }
 
 #[test]
+fn beside_a_picture_every_map_changes_nothing() {
+    // What a map says where it is, and that the rest of the surface is as without one.
+    let red = painted("beside.exr", 8, 8, |_, _| [0.5, 0.2, 0.1, 1.0]);
+    let mapping = Mapping {
+        scale: DVec2::splat(4.0),
+        offset: DVec2::splat(-1.5),
+        wrap: [Wrap::Nothing; 2],
+        ..Mapping::default()
+    };
+    let shiny = Material {
+        finish: Finish {
+            gloss: Gloss::Microfacets { roughness: 0.4, metal: 0.5, reflectance: 0.04 },
+            glow: Color::grey(0.1),
+            ..Finish::default()
+        },
+        ..Material::default()
+    };
+    let blend = Material { alpha: 0.6, alpha_mode: AlphaMode::Blend, ..shiny.clone() };
+    let mask = Material { alpha_mode: AlphaMode::Mask(0.5), ..shiny.clone() };
+    let picture = |material: Material| {
+        let image = spans(made(&[(floor(6.0), material)]), &above(12.0, 24));
+        let light =
+            illuminate(vec![sun(v(-0.4, -0.8, 0.1), Color::WHITE)], Color::grey(0.3), Color::BLACK);
+        let lit = image.shaded(Arc::new(light)).unwrap();
+        let picture = shown(&lit, Filter::default(), &[Channel::Color]).unwrap();
+        ["R", "G", "B", "A"].map(|name| picture.float(name).unwrap().to_vec())
+    };
+    let names = ["color", "alpha", "normal", "bump", "metallic_roughness", "occlusion", "emission"];
+    for (kind, material) in [("opaque", shiny), ("blend", blend), ("mask", mask)] {
+        let bare = picture(material.clone());
+        for name in names {
+            let mapped = picture(mapped(name, map(&red, mapping), material.clone()));
+            let differs = |x: usize, y: usize| {
+                let at = y * 24 + x;
+                (0..4).any(|k| (mapped[k][at] - bare[k][at]).abs() > 1e-5)
+            };
+            for (x, y) in [(1, 1), (12, 2), (3, 12), (22, 22)] {
+                assert!(!differs(x, y), "{kind} {name} {x} {y}");
+            }
+            // Heights of one colour are flat but for their border; what is opaque has no alpha.
+            let is_still = name == "bump" || (name == "alpha" && kind == "opaque");
+            assert_eq!(differs(12, 12), !is_still, "{kind} {name}");
+        }
+    }
+}
+
+#[test]
+fn masks_are_whole_or_nothing_at_their_threshold() {
+    // The same grey as a colour's alpha and as a picture of alpha.
+    for (grey, alpha, from, there) in [
+        (1.0f32, 1.0, 1.0, 1.0),
+        (0.99, 1.0, 1.0, 0.0),
+        (1.0, 0.4, 0.5, 0.0),
+        (1.0, 0.4, 0.4, 1.0),
+        (0.5, 1.0, 0.9, 0.0),
+        (0.5, 1.0, 0.1, 1.0),
+        (0.3, 1.0, 0.02, 1.0),
+        (0.0, 1.0, 0.02, 0.0),
+        (0.0, 1.0, 0.0, 1.0),
+        (1.0, 1.0, 0.98, 1.0),
+    ] {
+        let name = format!("mask{grey}.exr");
+        let by_color = painted(&name, 8, 8, |_, _| [grey; 4]);
+        let by_grey = painted(&format!("grey{grey}.exr"), 8, 8, |_, _| [grey, grey, grey, 1.0]);
+        for (what, path) in [("color", &by_color), ("alpha", &by_grey)] {
+            for pixels in [2, 8, 40, 200] {
+                let mask = Material { alpha, alpha_mode: AlphaMode::Mask(from), ..unlit() };
+                let material = mapped(what, map(path, Mapping::default()), mask);
+                let image = spans(made(&[(floor(6.0), material)]), &above(8.0, pixels));
+                let picture = shown(&image, Filter::default(), &[Channel::Color]).unwrap();
+                let seen = picture.float("A").unwrap();
+                let off = seen.iter().map(|a| (a - there).abs()).fold(0.0, f32::max);
+                assert!(off < 1e-5, "{what} {grey} x {alpha} from {from}, {pixels}: {off}");
+            }
+        }
+    }
+}
+
+#[test]
 fn cut_outs_cover_their_area_and_cast_shadows_of_their_shape() {
     // A disc, in a picture much finer and much coarser than the pixels.
     for (texels, name) in [(512u32, "disc512.exr"), (64, "disc64.exr")] {
@@ -437,10 +518,10 @@ fn more_pictures_than_the_limit_allows_are_shown_all_the_same() {
         }
         (seen, store.report())
     };
-    let (all, (most, reads)) = run(usize::MAX);
+    let (all, Report { most, reads, .. }) = run(usize::MAX);
     assert!(most > 20 * picture && reads == 24, "{most} {reads}");
     for limit in [4 * picture, picture / 2 * 3, picture / 4] {
-        let (seen, (most, reads)) = run(limit);
+        let (seen, Report { most, reads, .. }) = run(limit);
         assert_eq!(seen, all);
         // A level that is asked for is held, however large.
         assert!(most <= limit.max(picture), "{most} of {limit}");
@@ -468,7 +549,7 @@ fn what_is_far_away_takes_little_memory() {
         let at = DVec2::splat(f64::from(k) / 50.0);
         Footprint { at, right, down }.see(&opened, Filter::Trilinear, [Wrap::Clamp; 2]).unwrap();
     }
-    let (most, reads) = store.report();
+    let Report { most, reads, .. } = store.report();
     assert!(most < 1 << 16 && reads <= 2, "{most} {reads}");
 }
 

@@ -280,7 +280,8 @@ fn bytes(text: &str) -> Result<usize, String> {
     let number: Option<usize> = digits.trim().parse().ok();
     number
         .and_then(|number| number.checked_mul(1 << shift))
-        .ok_or_else(|| "write a number of bytes, such as 512M or 2G".to_owned())
+        .filter(|bytes| *bytes >= 1 << 20)
+        .ok_or_else(|| "write a number of bytes, 1M or more, such as 512M or 2G".to_owned())
 }
 
 fn scale(text: &str) -> Result<(f64, f64), String> {

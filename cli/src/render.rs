@@ -66,12 +66,21 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
     if args.explain {
         print::out(&stats::explanation(&graph, &plan, &evaluated.reports));
     }
+    let textures = store().report();
+    if detail != Detail::Quiet && textures.reads > 4 * textures.pictures as u64 {
+        print::warning(format!(
+            "{} pictures on surfaces were read {} times: more --textures than {} saves time",
+            textures.pictures,
+            textures.reads,
+            print::bytes(args.textures as u64)
+        ));
+    }
     match args.stats {
         Some(Format::Table) => {
             print::out(&stats::table(&evaluated.reports, seconds));
-            let (most, reads) = store().report();
-            if reads > 0 {
-                let most = print::bytes(most as u64);
+            if textures.reads > 0 {
+                let most = print::bytes(textures.most as u64);
+                let reads = textures.reads;
                 print::out(&format!("pictures on surfaces: {most} at most, {reads} times read\n"));
             }
         }

@@ -30,6 +30,26 @@ pub enum Samples {
     Linear(Vec<[f32; 4]>),
 }
 
+impl Texels {
+    /// The same size with the first samples, shrunk by alpha, for alpha, and white for the colour.
+    pub fn into_alpha(self) -> Texels {
+        let straight = |[v, .., a]: [f32; 4]| [1.0, 1.0, 1.0, v * a];
+        let samples = match self.samples {
+            Samples::Bytes(texels) => {
+                let product = |v: u8, a: u8| ((u32::from(v) * u32::from(a) + 127) / 255) as u8;
+                let alpha = |[v, .., a]: [u8; 4]| [255, 255, 255, product(v, a)];
+                Samples::Bytes(texels.into_iter().map(alpha).collect())
+            }
+            Samples::Words(texels) => Samples::Words(texels.into_iter().map(straight).collect()),
+            // Associated: the first is shrunk already.
+            Samples::Linear(texels) => {
+                Samples::Linear(texels.into_iter().map(|[v, ..]| [v; 4]).collect())
+            }
+        };
+        Texels { size: self.size, samples }
+    }
+}
+
 /// Reads a picture: PNG, JPEG, EXR or HDR.
 ///
 /// # Errors

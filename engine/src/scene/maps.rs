@@ -44,6 +44,17 @@ const NAMES: [(&str, What); 10] = [
     ("refract", What::Refract),
 ];
 
+impl What {
+    /// The texel that changes nothing.
+    fn nothing(self) -> [f32; 4] {
+        match self {
+            What::Normal => [0.5, 0.5, 1.0, 1.0],
+            What::Bump | What::Reflection => [0.0; 4],
+            _ => [1.0; 4],
+        }
+    }
+}
+
 fn named(name: &str) -> Option<What> {
     NAMES.iter().find(|(known, _)| *known == name).map(|(_, what)| *what)
 }
@@ -140,14 +151,14 @@ impl Maps {
         let ready = |(name, map): (&String, &Map)| {
             let what = named(name)?;
             let meaning = match (what, material.alpha_mode) {
-                (What::Color, AlphaMode::Mask(from)) => {
+                (What::Color | What::Alpha, AlphaMode::Mask(from)) if from > 0.0 => {
                     Meaning::CutOut(from / material.alpha.max(1e-6))
                 }
                 (What::Color | What::Emission | What::Reflection, _)
                 | (What::Reflect | What::Refract, _) => Meaning::Color,
                 _ => Meaning::Numbers,
             };
-            Some(Ready { what, map: map.clone(), source: source(&map.picture, meaning) })
+            Some(Ready { what, map: map.clone(), source: source(&map.picture, what, meaning) })
         };
         let maps: Vec<Ready> = material.maps.iter().filter_map(ready).collect();
         let is_cut = material.is_cut();
@@ -219,34 +230,28 @@ impl Maps {
 
     fn apply_one(&self, ready: &Ready, picture: Option<&Opened<'_>>, at: &At<'_>, seen: &mut Seen) {
         let (map, strength) = (&ready.map, ready.map.strength);
-        let sample = |footprint: Footprint| self.sample(map, picture, &footprint, at.filter);
-        let here = |what: &dyn Fn(&Footprint) -> [f32; 4]| what(&at.footprint(map, DVec3::ZERO));
-        let texel = || here(&|footprint| sample(*footprint));
+        let sample = |footprint: Footprint| self.sample(ready, picture, &footprint, at.filter);
+        let texel = || sample(at.footprint(map, DVec3::ZERO));
         let faded = |share: f32| 1.0 - strength + strength * share;
-        let shares = |[r, g, b, a]: [f32; 4]| {
-            // Where there is no picture it changes nothing.
-            let part = |v: f32| faded(v + (1.0 - a));
-            Color::new(part(r), part(g), part(b))
-        };
+        let shares = |[r, g, b, _]: [f32; 4]| Color::new(faded(r), faded(g), faded(b));
         match ready.what {
             What::Color => {
                 let [r, g, b, a] = texel();
-                let beside_is_bare = map.mapping.wrap.contains(&Wrap::Nothing);
                 if self.is_cut {
                     seen.alpha *= faded(a);
                 }
-                seen.color = if beside_is_bare && !self.is_cut {
-                    seen.color * shares([r, g, b, a])
+                let is_decal = map.mapping.wrap.contains(&Wrap::Nothing) && !self.is_cut;
+                let texel = if is_decal {
+                    [r, g, b].map(|v| v + (1.0 - a))
                 } else {
-                    let straight = if a > 0.0 { 1.0 / a } else { 0.0 };
-                    let [r, g, b] = [r, g, b].map(|v| faded(v * straight));
-                    seen.color * Color::new(r, g, b)
+                    [r, g, b].map(|v| if a > 0.0 { v / a } else { 0.0 })
                 };
+                let [r, g, b] = texel;
+                seen.color = seen.color * shares([r, g, b, 1.0]);
             }
             What::Alpha => {
-                let [r, .., a] = texel();
                 if self.is_cut {
-                    seen.alpha *= faded((r * a).clamp(0.0, 1.0));
+                    seen.alpha *= faded(texel()[3].clamp(0.0, 1.0));
                 }
             }
             What::Normal => {
@@ -291,23 +296,28 @@ impl Maps {
         }
     }
 
-    /// What a pixel sees of a map's picture.
+    /// What a pixel sees of a map's picture, and what changes nothing where there is none.
     fn sample(
         &self,
-        map: &Map,
+        ready: &Ready,
         picture: Option<&Opened<'_>>,
         footprint: &Footprint,
         filter: Filter,
     ) -> [f32; 4] {
+        let map = &ready.map;
         if let Picture::Wave(right, up) = map.picture {
             let value = wave(right, up, footprint) as f32;
             return [value, value, value, 1.0];
         }
-        let Some(picture) = picture else { return [1.0; 4] };
-        footprint.see(picture, filter, map.mapping.wrap).unwrap_or_else(|error| {
-            self.keep(error);
-            [1.0; 4]
-        })
+        let nothing = ready.what.nothing();
+        let Some(picture) = picture else { return nothing };
+        let [r, g, b, a, covered] =
+            footprint.see(picture, filter, map.mapping.wrap).unwrap_or_else(|error| {
+                self.keep(error);
+                [0.0; 5]
+            });
+        let beside = nothing.map(|v| v * (1.0 - covered));
+        [r + beside[0], g + beside[1], b + beside[2], a + beside[3]]
     }
 
     /// How much the places of a picture move for steps along two directions on a face, and these.
@@ -389,24 +399,26 @@ fn around(direction: DVec3, at: &At<'_>) -> Footprint {
 }
 
 /// A picture that can be read.
-fn source(picture: &Picture, meaning: Meaning) -> Option<(PathBuf, Source)> {
+fn source(picture: &Picture, what: What, meaning: Meaning) -> Option<(PathBuf, Source)> {
     let (path, number) = match picture {
         Picture::File(path) => (PathBuf::from(path), None),
         Picture::Embedded(path, number) => (PathBuf::from(path), Some(*number)),
         Picture::Wave(..) => return None,
     };
     let mut key = KeyHasher::new("picture");
-    key.value(&(&path, number, meaning));
+    let is_alpha = what == What::Alpha;
+    key.value(&(&path, number, meaning, is_alpha));
     // A file that was changed is another one.
     if let Ok(about) = std::fs::metadata(&path) {
         key.value(&(about.len(), about.modified().ok()));
     }
     let from = path.clone();
     let read = move || -> Result<Texels> {
-        match number {
+        let texels = match number {
             None => texels::read(&from),
             Some(number) => gltf::picture(Path::new(&from), number),
-        }
+        }?;
+        Ok(if is_alpha { texels.into_alpha() } else { texels })
     };
     Some((path, Source { key: key.finish(), meaning, read: Box::new(read) }))
 }

@@ -65,16 +65,21 @@ impl Default for Material {
 }
 
 impl Material {
-    /// Whether pictures say where it hides what lies behind.
+    /// Whether some of it is not there: where pictures say so, or all of it.
     pub fn is_cut(&self) -> bool {
         let by_picture = ["color", "alpha"].iter().any(|name| self.maps.contains_key(*name));
-        self.alpha_mode != AlphaMode::Opaque && by_picture
+        match self.alpha_mode {
+            AlphaMode::Opaque => false,
+            AlphaMode::Mask(from) => from > 0.0 && (by_picture || self.alpha < from),
+            AlphaMode::Blend => by_picture,
+        }
     }
 
     /// How much of what lies behind is hidden where no vertex or picture says more.
     pub fn opacity(&self) -> f32 {
         match self.alpha_mode {
             AlphaMode::Blend => self.alpha.clamp(0.0, 1.0),
+            AlphaMode::Mask(from) if self.alpha < from => 0.0,
             AlphaMode::Opaque | AlphaMode::Mask(_) => 1.0,
         }
     }

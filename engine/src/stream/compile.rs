@@ -13,6 +13,12 @@ const MOST: usize = 20_000;
 /// How deep functions may call each other.
 const MOST_CALLS: usize = 32;
 
+/// The most expressions that are gone through, functions as often as they are called.
+const MOST_VISITS: usize = 1_000_000;
+
+/// How many expressions may be inside each other, those of called functions inside of the call.
+const MOST_INSIDE: usize = 600;
+
 /// A value: a number or three, and how much of it a pixel covers.
 #[derive(Clone, Debug)]
 struct Value {
@@ -41,8 +47,15 @@ pub(super) fn compile(
         patterns: Vec::new(),
         functions: tree.functions.iter().map(|f| (f.name.as_str(), f)).collect(),
         calls: 0,
+        visits: 0,
+        inside: 0,
     };
-    for function in &tree.functions {
+    for (number, function) in tree.functions.iter().enumerate() {
+        let before = &tree.functions[..number];
+        if before.iter().any(|other| other.name == function.name) {
+            let message = format!("there are two functions \"{}\"", function.name);
+            return Err(Fault::new(function.at, message));
+        }
         if BUILT_IN.contains(&function.name.as_str()) {
             let message = format!("there is a function \"{}\" already", function.name);
             return Err(Fault::new(function.at, message));
@@ -50,6 +63,10 @@ pub(super) fn compile(
     }
     let mut names = Names::new();
     for (name, parameter) in parameters {
+        if is_given(name) {
+            let message = format!("the parameter \"{name}\" has the name of a variable");
+            return Err(Fault::new(0, message));
+        }
         let numbers: Vec<f32> = match parameter {
             Parameter::Number(number) => vec![*number],
             Parameter::Color(color) => color.to_array().to_vec(),
@@ -65,14 +82,11 @@ pub(super) fn compile(
         let value = compiler.value(value, &named)?;
         named.insert("color".to_owned(), value);
     }
-    let three = |compiler: &mut Compiler<'_>, name: &str| -> Option<[u32; 3]> {
-        let value = named.get(name).filter(|_| !names.contains_key(name))?;
-        let parts = compiler.spread(value);
-        Some(parts)
-    };
-    let color = three(&mut compiler, "color");
-    let normal = three(&mut compiler, "normal");
-    let alpha = named.get("alpha").filter(|_| !names.contains_key("alpha")).map(|v| v.parts[0]);
+    let three =
+        |compiler: &Compiler<'_>, name: &str| named.get(name).map(|value| compiler.spread(value));
+    let color = three(&compiler, "color");
+    let normal = three(&compiler, "normal");
+    let alpha = named.get("alpha").map(|v| v.parts[0]);
     if color.is_none() && normal.is_none() && alpha.is_none() {
         let message =
             "the program makes nothing: assign color, alpha or normal, or end with a colour";
@@ -92,6 +106,13 @@ struct Compiler<'a> {
     patterns: Vec<String>,
     functions: HashMap<&'a str, &'a Function>,
     calls: usize,
+    visits: usize,
+    inside: usize,
+}
+
+/// Whether a name is that of something that is there before the program.
+fn is_given(name: &str) -> bool {
+    name == "PI" || Input::named(name).is_some()
 }
 
 /// The functions of the language; names and ranges are those of SeExpr and OSL.
@@ -197,9 +218,7 @@ impl Compiler<'_> {
         for statement in statements {
             match statement {
                 Statement::Let { name, at, value } => {
-                    if Input::named(name).is_some()
-                        && !["color", "alpha", "normal"].contains(&name.as_str())
-                    {
+                    if is_given(name) && !["color", "alpha", "normal"].contains(&name.as_str()) {
                         let message = format!("\"{name}\" is what it is: assign to another name");
                         return Err(Fault::new(*at, message));
                     }
@@ -207,7 +226,7 @@ impl Compiler<'_> {
                     names.insert(name.clone(), value);
                 }
                 Statement::If { condition, then, otherwise } => {
-                    let condition = self.value(condition, names)?.parts[0];
+                    let condition = self.condition(condition, names)?;
                     let (mut yes, mut no) = (names.clone(), names.clone());
                     self.run(then, &mut yes)?;
                     self.run(otherwise, &mut no)?;
@@ -255,7 +274,38 @@ impl Compiler<'_> {
         Ok(Some(Value { parts, width }))
     }
 
+    /// One number that says whether.
+    fn condition(&mut self, expr: &Expr, names: &Names) -> Result<u32, Fault> {
+        match &self.value(expr, names)?.parts[..] {
+            [one] => Ok(*one),
+            _ => {
+                let message = "a condition is one number, not a vector: compare its parts, its \
+                               length, or all of it by == and !=";
+                Err(Fault::new(expr.at, message.to_owned()))
+            }
+        }
+    }
+
     fn value(&mut self, expr: &Expr, names: &Names) -> Result<Value, Fault> {
+        self.visits += 1;
+        if self.visits > MOST_VISITS {
+            let message = "the program is too long with its functions written out where they are \
+                           called";
+            return Err(Fault::new(expr.at, message.to_owned()));
+        }
+        if self.inside >= MOST_INSIDE {
+            let message = format!(
+                "more than {MOST_INSIDE} operations inside each other: give parts of them names"
+            );
+            return Err(Fault::new(expr.at, message));
+        }
+        self.inside += 1;
+        let value = self.value_of(expr, names);
+        self.inside -= 1;
+        value
+    }
+
+    fn value_of(&mut self, expr: &Expr, names: &Names) -> Result<Value, Fault> {
         match &expr.kind {
             Kind::Number(number) => {
                 let (part, width) = (self.number(*number)?, self.number(0.0)?);
@@ -314,7 +364,7 @@ impl Compiler<'_> {
                 self.binary(sign, &a, &b)
             }
             Kind::Choose(parts) => {
-                let c = self.value(&parts[0], names)?.parts[0];
+                let c = self.condition(&parts[0], names)?;
                 let (a, b) = (self.value(&parts[1], names)?, self.value(&parts[2], names)?);
                 self.merged(c, &a, &b)
             }
@@ -351,7 +401,20 @@ impl Compiler<'_> {
             "&&" => Binary::And,
             _ => Binary::Or,
         };
-        let parts = self.pairs(op, a, b)?;
+        let mut parts = self.pairs(op, a, b)?;
+        // Vectors are equal if all of their parts are.
+        let all = match op {
+            Binary::Equal => Some(Binary::And),
+            Binary::Unequal => Some(Binary::Or),
+            _ => None,
+        };
+        if let Some(all) = all {
+            let (mut one, rest) = (parts[0], parts.split_off(1));
+            for part in rest {
+                one = self.two(all, one, part)?;
+            }
+            parts = vec![one];
+        }
         let width = match op {
             Binary::Add | Binary::Subtract => self.two(Binary::Add, a.width, b.width)?,
             Binary::Multiply => {
@@ -533,12 +596,14 @@ impl Compiler<'_> {
                         self.binary("*", &square, &rest)
                     }
                     _ => {
-                        // SeExpr's: 2^(-8 (1 - t)^2).
+                        // SeExpr's: 2^(-8 (1 - t)^2), and nothing below.
                         let one = self.constant(1.0)?;
                         let off = self.binary("-", &one, &t)?;
                         let square = self.binary("*", &off, &off)?;
                         let power = self.scaled(&square, -8.0 * std::f32::consts::LN_2)?;
-                        self.each(Unary::Exp, &power)
+                        let bell = self.each(Unary::Exp, &power)?;
+                        let is_above = self.parted(Binary::GreaterEqual, x, &values[1])?;
+                        self.binary("*", &bell, &is_above)
                     }
                 }
             }

@@ -26,6 +26,8 @@ pub(super) struct Function {
 pub(super) struct Expr {
     pub(super) at: usize,
     pub(super) kind: Kind,
+    /// Expressions inside each other, this one included.
+    height: usize,
 }
 
 #[derive(Debug, Clone)]
@@ -39,6 +41,31 @@ pub(super) enum Kind {
     Unary(char, Box<Expr>),
     Binary(&'static str, Box<Expr>, Box<Expr>),
     Choose(Box<[Expr; 3]>),
+}
+
+impl Expr {
+    /// # Errors
+    /// If more are inside each other than anybody writes.
+    fn new(at: usize, kind: Kind) -> Result<Expr, Fault> {
+        let inside: usize = match &kind {
+            Kind::Number(_) | Kind::Text(_) | Kind::Name(_) => 0,
+            Kind::Vector(parts) | Kind::Choose(parts) => tallest(&parts[..]),
+            Kind::Call(_, arguments) => tallest(arguments),
+            Kind::Part(of, _) | Kind::Unary(_, of) => of.height,
+            Kind::Binary(_, a, b) => a.height.max(b.height),
+        };
+        if inside >= MOST_INSIDE {
+            let message = format!(
+                "more than {MOST_INSIDE} operations in one expression: give parts of it names"
+            );
+            return Err(Fault::new(at, message));
+        }
+        Ok(Expr { at, kind, height: inside + 1 })
+    }
+}
+
+fn tallest(parts: &[Expr]) -> usize {
+    parts.iter().map(|part| part.height).max().unwrap_or(0)
 }
 
 /// A program.
@@ -67,6 +94,9 @@ const MORE: [&str; 3] = ["?", ":", "."];
 
 /// How deep expressions and blocks may be nested.
 const MOST_DEPTH: usize = 100;
+
+/// How many expressions may be inside each other: a long sum is, term by term.
+const MOST_INSIDE: usize = 400;
 
 pub(super) fn parse(text: &str) -> Result<Tree, Fault> {
     let tokens = tokens(text)?;
@@ -221,7 +251,12 @@ impl Parser {
             if !parameters.is_empty() {
                 self.need(",")?;
             }
-            parameters.push(self.name()?);
+            let at = self.at();
+            let parameter = self.name()?;
+            if parameters.contains(&parameter) {
+                return Err(Fault::new(at, format!("{name} takes \"{parameter}\" twice")));
+            }
+            parameters.push(parameter);
         }
         self.need("{")?;
         let (body, value) = self.block(&Token::Sign("}"))?;
@@ -267,9 +302,9 @@ impl Parser {
             self.next += 1;
             let mut value = self.expression()?;
             if change != "=" {
-                let own = Expr { at, kind: Kind::Name(name.clone()) };
+                let own = Expr::new(at, Kind::Name(name.clone()))?;
                 let kind = Kind::Binary(sign_of(&change[..1]), Box::new(own), Box::new(value));
-                value = Expr { at, kind };
+                value = Expr::new(at, kind)?;
             }
             self.need(";")?;
             statements.push(Statement::Let { name, at, value });
@@ -315,7 +350,7 @@ impl Parser {
             let then = parser.expression()?;
             parser.need(":")?;
             let otherwise = parser.expression()?;
-            Ok(Expr { at, kind: Kind::Choose(Box::new([condition, then, otherwise])) })
+            Expr::new(at, Kind::Choose(Box::new([condition, then, otherwise])))
         })
     }
 
@@ -326,7 +361,7 @@ impl Parser {
             let at = self.at();
             self.next += 1;
             let right = self.binary(level + 1)?;
-            left = Expr { at, kind: Kind::Binary(sign, Box::new(left), Box::new(right)) };
+            left = Expr::new(at, Kind::Binary(sign, Box::new(left), Box::new(right)))?;
         }
         Ok(left)
     }
@@ -336,7 +371,7 @@ impl Parser {
         for sign in ['-', '!', '+'] {
             if self.take(&sign.to_string()) {
                 let of = self.deeper(Parser::unary)?;
-                return Ok(Expr { at, kind: Kind::Unary(sign, Box::new(of)) });
+                return Expr::new(at, Kind::Unary(sign, Box::new(of)));
             }
         }
         let base = self.postfix()?;
@@ -345,7 +380,7 @@ impl Parser {
         }
         // To the right first: 2 ^ 3 ^ 2 is 2 ^ 9.
         let power = self.deeper(Parser::unary)?;
-        Ok(Expr { at, kind: Kind::Binary("^", Box::new(base), Box::new(power)) })
+        Expr::new(at, Kind::Binary("^", Box::new(base), Box::new(power)))
     }
 
     fn postfix(&mut self) -> Result<Expr, Fault> {
@@ -375,7 +410,7 @@ impl Parser {
             } else {
                 return Ok(value);
             };
-            value = Expr { at, kind: Kind::Part(Box::new(value), part) };
+            value = Expr::new(at, Kind::Part(Box::new(value), part))?;
         }
     }
 
@@ -426,7 +461,7 @@ impl Parser {
                 return Err(Fault::new(at, message));
             }
         };
-        Ok(Expr { at, kind })
+        Expr::new(at, kind)
     }
 }
 

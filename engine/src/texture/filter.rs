@@ -72,11 +72,12 @@ pub struct Footprint {
 const MOST: f64 = 64.0;
 
 impl Footprint {
-    /// What is seen of a picture: linear, colours with associated alpha.
+    /// What is seen of a picture: linear, colours with associated alpha; and how much of what the pixel
+    /// covers is picture, 1 unless it wraps by `Nothing`.
     ///
     /// # Errors
     /// If the picture must be read and cannot be.
-    pub fn see(&self, picture: &Opened<'_>, filter: Filter, wrap: [Wrap; 2]) -> Result<[f32; 4]> {
+    pub fn see(&self, picture: &Opened<'_>, filter: Filter, wrap: [Wrap; 2]) -> Result<Sample> {
         let size = DVec2::new(f64::from(picture.size.0), f64::from(picture.size.1));
         let finite = |v: DVec2| if v.is_finite() { v } else { DVec2::ZERO };
         let at = finite(self.at);
@@ -92,7 +93,7 @@ impl Footprint {
                 let probes = (long / minor.max(1.0)).ceil().clamp(1.0, f64::from(most));
                 let width = (long / probes).max(minor);
                 let step = major / size / probes;
-                let mut sum = [0.0; 4];
+                let mut sum = [0.0; 5];
                 for k in 0..probes as u32 {
                     let at = at + step * (f64::from(k) + 0.5 - probes / 2.0);
                     add(&mut sum, look.between(at, width)?, 1.0 / probes as f32);
@@ -107,7 +108,7 @@ impl Footprint {
                 let texel = crate::math::pow(2.0, number);
                 let count = |side: DVec2| (side.length() / texel * 2.0).ceil().clamp(1.0, MOST);
                 let (m, n) = (count(a), count(b));
-                let mut sum = [0.0; 4];
+                let mut sum = [0.0; 5];
                 for j in 0..n as u32 {
                     for i in 0..m as u32 {
                         let (u, v) = (f64::from(i) + 0.5, f64::from(j) + 0.5);
@@ -133,7 +134,10 @@ fn axes(a: DVec2, b: DVec2) -> (DVec2, f64) {
     (along.try_normalize().unwrap_or(DVec2::X) * long, short)
 }
 
-fn add(sum: &mut [f32; 4], texel: [f32; 4], weight: f32) {
+/// Red, green, blue, alpha, and how much of it is picture.
+pub type Sample = [f32; 5];
+
+fn add(sum: &mut Sample, texel: Sample, weight: f32) {
     sum.iter_mut().zip(texel).for_each(|(sum, v)| *sum += v * weight);
 }
 
@@ -144,14 +148,14 @@ struct Look<'a, 's> {
 }
 
 impl Look<'_, '_> {
-    fn nearest(&self, at: DVec2) -> Result<[f32; 4]> {
+    fn nearest(&self, at: DVec2) -> Result<Sample> {
         let level = self.picture.level(0)?;
         let [x, y] = self.place(at, &level).map(|v| v.floor() as i64);
         Ok(self.cut(self.texel(&level, x, y), 0.0))
     }
 
     /// Between the two levels that show the mean over about `width` texels of the picture.
-    fn between(&self, at: DVec2, width: f64) -> Result<[f32; 4]> {
+    fn between(&self, at: DVec2, width: f64) -> Result<Sample> {
         let most = f64::from(self.picture.count() - 1);
         // A texel that is the mean of a square, taken with its neighbours, is spread as far as a pixel whose side
         // is this much longer.
@@ -169,13 +173,13 @@ impl Look<'_, '_> {
     }
 
     /// Between the texels of a level. A pixel covers `width` texels of the picture.
-    fn on(&self, number: u32, at: DVec2, width: f64) -> Result<[f32; 4]> {
+    fn on(&self, number: u32, at: DVec2, width: f64) -> Result<Sample> {
         let level = self.picture.level(number)?;
         let [x, y] = self.place(at, &level).map(|v| v - 0.5);
         let (left, top) = (x.floor(), y.floor());
         let (u, v) = ((x - left) as f32, (y - top) as f32);
         let (left, top) = (left as i64, top as i64);
-        let mut sum = [0.0; 4];
+        let mut sum = [0.0; 5];
         for (i, j, weight) in [
             (0, 0, (1.0 - u) * (1.0 - v)),
             (1, 0, u * (1.0 - v)),
@@ -204,7 +208,7 @@ impl Look<'_, '_> {
         })
     }
 
-    fn texel(&self, level: &Level, x: i64, y: i64) -> [f32; 4] {
+    fn texel(&self, level: &Level, x: i64, y: i64) -> Sample {
         let inside = |at: i64, size: u32, wrap: Wrap| {
             let size = i64::from(size);
             match wrap {
@@ -219,25 +223,30 @@ impl Look<'_, '_> {
         };
         let (x, y) = (inside(x, level.width, self.wrap[0]), inside(y, level.height, self.wrap[1]));
         match (x, y) {
-            (Some(x), Some(y)) => level.texel(x as u32, y as u32),
-            _ => [0.0; 4],
+            (Some(x), Some(y)) => {
+                let [r, g, b, a] = level.texel(x as u32, y as u32);
+                [r, g, b, a, 1.0]
+            }
+            _ => [0.0; 5],
         }
     }
 
     /// What is left of a place of the picture itself if it is cut out. Between texels the border is a line,
     /// and a pixel that covers `width` texels has its share of it.
-    fn cut(&self, texel: [f32; 4], width: f64) -> [f32; 4] {
-        let Meaning::CutOut(from) = self.picture.meaning() else { return texel };
-        let [r, g, b, a] = texel;
+    fn cut(&self, sample: Sample, width: f64) -> Sample {
+        let Meaning::CutOut(from) = self.picture.meaning() else { return sample };
+        let [r, g, b, a, covered] = sample;
         if a <= 0.0 {
-            return [0.0; 4];
+            return [0.0, 0.0, 0.0, 0.0, covered];
         }
-        // Alpha goes from nothing to all within about a texel.
-        let soft = (width as f32).min(1.0);
+        // Alpha goes from nothing to all within about a texel; what has none and what has all of it stays so.
+        let soft = (width as f32).min(1.0).min(2.0 * from).min(2.0 * (1.0 - from));
+        let above = a / covered - from;
         let share = match soft > 0.0 {
-            true => ((a - from) / soft + 0.5).clamp(0.0, 1.0),
-            false => f32::from(u8::from(a >= from)),
+            true => (above / soft + 0.5).clamp(0.0, 1.0),
+            false => f32::from(u8::from(above >= -1e-6)),
         };
-        [r / a * share, g / a * share, b / a * share, share]
+        let part = share * covered;
+        [r / a * part, g / a * part, b / a * part, part, covered]
     }
 }

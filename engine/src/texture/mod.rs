@@ -6,7 +6,7 @@ mod mapping;
 mod pyramid;
 mod store;
 
-pub use filter::{Filter, Footprint, Wrap};
+pub use filter::{Filter, Footprint, Sample, Wrap};
 pub use mapping::{By, Mapping, Place};
 pub use pyramid::{Level, Meaning};
-pub use store::{Opened, Source, Store, store};
+pub use store::{Opened, Report, Source, Store, store};

@@ -59,6 +59,17 @@ struct Picture {
     levels: Vec<Option<(Arc<Level>, u64)>>,
 }
 
+/// What a store held and read.
+#[derive(Clone, Copy, Debug)]
+pub struct Report {
+    /// The most bytes that were held.
+    pub most: usize,
+    /// How many pictures there are.
+    pub pictures: usize,
+    /// How often one was read.
+    pub reads: u64,
+}
+
 /// The store of this process.
 pub fn store() -> &'static Store {
     static STORE: OnceLock<Store> = OnceLock::new();
@@ -84,10 +95,10 @@ impl Store {
         held.drop_oldest(None);
     }
 
-    /// The most bytes that were held, and how often pictures were read.
-    pub fn report(&self) -> (usize, u64) {
+    /// What was held and read so far.
+    pub fn report(&self) -> Report {
         let held = self.held();
-        (held.most, held.reads)
+        Report { most: held.most, pictures: held.pictures.len(), reads: held.reads }
     }
 
     /// A picture, for some time at hand.

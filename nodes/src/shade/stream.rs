@@ -21,7 +21,7 @@ use std::sync::Arc;
 /// `front`, and `object("*tree*")`, 1 where the object's
 /// name, or the end of it after a `/`, fits. Functions have SeExpr's names: `noise`,
 /// `snoise`, `vnoise`, `fbm`, `turbulence`, `cellnoise`, `voronoi`, `mix`, `clamp`, `smoothstep(x, a, b)`,
-/// `fit`, `bias`, `gamma`, `contrast`, `saturate`, `rgbtohsl`, `dot`, `norm` and more. There are `if (..) {}
+/// `fmod` (never negative for a positive divisor, as is `%`: patterns go on across 0), `fit`, `bias`, `gamma`, `contrast`, `saturate`, `rgbtohsl`, `dot`, `norm` and more. There are `if (..) {}
 /// else {}`, `a ? b : c`, vectors `[x, y, z]` with parts `.x` or `[0]`, and functions of one's own,
 /// `def name(a, b) { c = a * b; c + 1 }`, before all else.
 #[derive(Serialize, Deserialize, JsonSchema)]
