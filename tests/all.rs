@@ -1,6 +1,7 @@
 //! Every test of the project, one module a subject: `cargo test -p spandrel-tests shadows` runs one.
 
 mod algebra;
+mod billboards;
 mod cli;
 mod deep;
 mod extremes;
@@ -18,6 +19,7 @@ mod malformed;
 mod panorama;
 mod penumbra;
 mod photometry;
+mod pictures;
 mod plugins;
 mod probes;
 mod rays;

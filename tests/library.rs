@@ -110,7 +110,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 25] = [
+const LAYERS: [(&str, &[&str]); 28] = [
     ("error", &[]),
     ("math", &[]),
     ("key", &[]),
@@ -125,6 +125,7 @@ const LAYERS: [(&str, &[&str]); 25] = [
     ("trace", &["math", "polygon"]),
     ("stream", &["color", "error", "math"]),
     ("texture", &["color", "error", "image", "key", "math"]),
+    ("picture", &["color", "error", "image", "key", "math", "texture"]),
     ("fragment", &["camera", "color", "error", "key", "texture", "trace"]),
     (
         "light",
@@ -138,8 +139,22 @@ const LAYERS: [(&str, &[&str]); 25] = [
             "text", "texture", "trace",
         ],
     ),
+    (
+        "billboard",
+        &[
+            "camera", "color", "error", "fragment", "image", "key", "math", "raster", "scene",
+            "span", "texture", "trace", "visible",
+        ],
+    ),
+    (
+        "backdrop",
+        &[
+            "camera", "color", "error", "fragment", "image", "key", "light", "math", "raster",
+            "span", "texture",
+        ],
+    ),
     ("shadow", &["camera", "fragment", "span", "trace"]),
-    ("visible", &["camera", "error", "key", "raster", "scene", "span"]),
+    ("visible", &["camera", "error", "fragment", "key", "raster", "scene", "span"]),
     (
         "shade",
         &[

@@ -3,7 +3,7 @@
 
 #![allow(clippy::disallowed_methods, reason = "what is expected may be computed by anybody's sine")]
 
-use glam::{DVec2, DVec3, Vec2, dvec3 as v};
+use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Finish, Gloss, Optics};
@@ -11,9 +11,7 @@ use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
-use spandrel_engine::scene::{
-    AlphaMode, Document, Face, Map, Material, Mesh, Object, Picture, Plan, Scene, Shape, Sides,
-};
+use spandrel_engine::scene::{AlphaMode, Map, Material, Picture, Scene};
 use spandrel_engine::shade::{Illuminate, Shadows, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture::{
@@ -23,8 +21,9 @@ use spandrel_engine::trace::Accelerator;
 use spandrel_engine::visible;
 use spandrel_tests::data;
 use spandrel_tests::lights::{illuminate, sun};
+use spandrel_tests::scenes::painted_faces;
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 const RULE: Rule = Rule::Sloped(4);
@@ -64,24 +63,7 @@ fn unlit() -> Material {
 
 /// A scene of quadrilaterals whose corners are the picture's: lower left, lower right, upper right, upper left.
 fn made(parts: &[([DVec3; 4], Material)]) -> Arc<Scene> {
-    try_made(parts).unwrap()
-}
-
-fn try_made(parts: &[([DVec3; 4], Material)]) -> Result<Arc<Scene>, String> {
-    let (mut mesh, mut document) = (Mesh::default(), Document::default());
-    for (at, (corners, material)) in parts.iter().enumerate() {
-        let outline = corners.iter().map(|p| mesh.add_point(*p)).collect();
-        mesh.uvs.extend([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vec2::from));
-        let sides = Sides { front: Some(at as u32), ..Sides::default() };
-        mesh.add_face(Face { outline, sides, ..Face::default() }).unwrap();
-        mesh.materials.push(format!("{at}"));
-        document.materials.insert(format!("{at}"), material.clone());
-    }
-    document.plans.push(Plan { root: Object::new("mesh", Shape::Faces(mesh)), ..Plan::default() });
-    let key = Key::of(&document);
-    Scene::new(&document, None, "scene", key, Path::new(""))
-        .map(Arc::new)
-        .map_err(|error| error.to_string())
+    painted_faces(parts).unwrap()
 }
 
 fn spans(scene: Arc<Scene>, view: &View) -> SpanImage {
@@ -600,7 +582,7 @@ fn pictures_of_every_kind_are_read_or_refused_by_name() {
     ];
     for (name, map, cure) in wrong {
         let material = mapped(name, map, unlit());
-        let error = try_made(&[(floor(1.0), material)]).err().unwrap();
+        let error = painted_faces(&[(floor(1.0), material)]).err().unwrap();
         assert!(error.contains(cure) && error.contains(name), "{error}");
     }
 }

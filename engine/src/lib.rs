@@ -35,6 +35,8 @@
 //! and radians in code. Depth is `rho = 1 / distance` along the view axis, or `-distance` for parallel
 //! cameras: larger is nearer, and affine on the screen.
 
+pub mod backdrop;
+pub mod billboard;
 pub mod camera;
 pub mod color;
 pub mod error;
@@ -46,6 +48,7 @@ pub mod light;
 pub mod math;
 pub mod output;
 pub mod packed;
+pub mod picture;
 pub mod polygon;
 pub mod raster;
 pub mod resolve;

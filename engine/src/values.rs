@@ -170,6 +170,21 @@ pub struct Picture {
 }
 
 impl Picture {
+    /// The same of the whole picture, for what looks around each pixel.
+    #[must_use]
+    pub fn whole(&self) -> Picture {
+        let changed = Override { window: None, ..self.changed.clone() };
+        Picture { channels: self.channels.clone(), changed }
+    }
+
+    /// The part of a whole picture that is asked for.
+    pub fn part(&self, image: Image) -> Image {
+        match self.changed.window {
+            Some(window) => image.cropped(window),
+            None => image,
+        }
+    }
+
     /// What visibility is solved for and what is shown of it, of a picture of a size, a scale and a window of
     /// its own; no window is the whole.
     ///

@@ -7,12 +7,26 @@
 
 /// Pictures.
 pub mod image {
+    mod blur;
+    mod grade;
+    mod matte;
+    mod over;
+    mod quantize;
     mod read;
     mod refine;
+    mod reformat;
     mod resolve;
+    mod segment;
+    pub use blur::Blur;
+    pub use grade::Grade;
+    pub use matte::Matte;
+    pub use over::Over;
+    pub use quantize::Quantize;
     pub use read::Read;
     pub use refine::Refine;
+    pub use reformat::Reformat;
     pub use resolve::Resolve;
+    pub use segment::Segment;
 }
 
 /// Light sources.
@@ -33,7 +47,11 @@ pub mod output {
 
 /// Renderers: scenes to spans.
 pub mod render {
+    mod background;
+    mod billboards;
     mod scanline;
+    pub use background::Background;
+    pub use billboards::{Area, Billboards, Row};
     pub use scanline::Scanline;
 }
 
@@ -89,9 +107,16 @@ use spandrel_engine::light::list;
 /// Adds all kinds of node of this library.
 pub fn register(registry: &mut Registry) {
     registry
+        .register::<image::Blur>()
+        .register::<image::Grade>()
+        .register::<image::Matte>()
+        .register::<image::Over>()
+        .register::<image::Quantize>()
         .register::<image::Read>()
         .register::<image::Refine>()
+        .register::<image::Reformat>()
         .register::<image::Resolve>()
+        .register::<image::Segment>()
         .register::<light::Listed<list::AmbientLight>>()
         .register::<light::Listed<list::AreaLight>>()
         .register::<light::Listed<list::LinearLight>>()
@@ -104,6 +129,8 @@ pub fn register(registry: &mut Registry) {
         .register::<light::SceneLights>()
         .register::<output::Write>()
         .register::<output::WriteSpans>()
+        .register::<render::Background>()
+        .register::<render::Billboards>()
         .register::<render::Scanline>()
         .register::<shade::Fog>()
         .register::<shade::Illuminate>()

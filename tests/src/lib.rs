@@ -8,3 +8,4 @@ pub mod random;
 pub mod scenes;
 pub mod spans;
 pub mod town;
+pub mod tree;

@@ -1,6 +1,6 @@
 //! Scenes made by chance, and shorthands for making scenes by hand.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::key::Key;
@@ -46,6 +46,27 @@ pub fn scene(label: &str, mesh: Mesh) -> Arc<Scene> {
     }
     let scene = Scene::new(&document, None, label, Key::of(&document), Path::new(""));
     Arc::new(scene.expect("meshes of tests are sound"))
+}
+
+/// A scene of quadrangles with a material each, whose texture coordinates go from corner to corner.
+///
+/// # Errors
+/// If a material cannot be.
+pub fn painted_faces(parts: &[([DVec3; 4], Material)]) -> Result<Arc<Scene>, String> {
+    let (mut mesh, mut document) = (Mesh::default(), Document::default());
+    for (at, (corners, material)) in parts.iter().enumerate() {
+        let outline = corners.iter().map(|p| mesh.add_point(*p)).collect();
+        mesh.uvs.extend([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(Vec2::from));
+        let sides = Sides { front: Some(at as u32), ..Sides::default() };
+        mesh.add_face(Face { outline, sides, ..Face::default() }).map_err(|e| e.to_string())?;
+        mesh.materials.push(format!("{at}"));
+        document.materials.insert(format!("{at}"), material.clone());
+    }
+    document.plans.push(Plan { root: Object::new("mesh", Shape::Faces(mesh)), ..Plan::default() });
+    let key = Key::of(&document);
+    Scene::new(&document, None, "scene", key, Path::new(""))
+        .map(Arc::new)
+        .map_err(|error| error.to_string())
 }
 
 /// A mesh of polygons.

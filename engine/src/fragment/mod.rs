@@ -108,6 +108,9 @@ pub struct Uv {
     pub scale: f64,
 }
 
+/// How far away what is behind everything stands, in metres along the view axis: nothing is seen beyond.
+pub const FAR: f64 = 1e9;
+
 /// The least cosine between a face's normal and a ray for which footprints grow.
 const LEAST_ACROSS: f64 = 1e-3;
 
@@ -227,7 +230,7 @@ impl<'v> Fragments<'v> {
     }
 
     /// How much its surface hides of what is behind it at the first fragment.
-    pub(crate) fn first_alpha(mut self, surfaces: &dyn Surfaces) -> f32 {
+    fn first_alpha<S: Surfaces + ?Sized>(mut self, surfaces: &S) -> f32 {
         self.fill(Columns::COLOR, surfaces);
         self.alpha.first().copied().unwrap_or(1.0)
     }
@@ -336,7 +339,7 @@ impl<'v> Fragments<'v> {
     }
 
     /// Computes the columns `wanted`: positions here, the rest by the source's surfaces.
-    pub fn fill(&mut self, wanted: Columns, surfaces: &dyn Surfaces) {
+    pub fn fill<S: Surfaces + ?Sized>(&mut self, wanted: Columns, surfaces: &S) {
         if wanted.meets(Columns::POSITION | Columns::TRACED) && self.position.is_empty() {
             self.place();
         }
@@ -397,6 +400,16 @@ pub trait Surfaces: Any + Send + Sync + Debug {
         Some(face)
     }
 
+    /// How much a face hides of what is behind it where a ray meets it, in [0, 1].
+    fn alpha_at(&self, view: &View, met: &Meeting) -> f32 {
+        Fragments::one(view, met).first_alpha(self)
+    }
+
+    /// The face that rays see which meet nothing, if there is one.
+    fn beyond(&self) -> Option<u32> {
+        None
+    }
+
     /// The name of the object that a face belongs to, as a path such as `"car/wheel 2"`.
     fn object(&self, ordinal: u32) -> String;
 
@@ -455,6 +468,12 @@ pub trait Shader: Send + Sync + Debug {
     /// only columns change that they do not read.
     fn changes(&self) -> Columns {
         Columns::ALL
+    }
+
+    /// Whether it may let more of what lies behind be seen than there was before. If nothing does, what is hidden
+    /// behind many layers is not shaded at all.
+    fn lessens_alpha(&self) -> bool {
+        true
     }
 
     /// The names of the [layers](Fragments::layers) that it makes.

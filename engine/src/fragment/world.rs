@@ -85,6 +85,12 @@ impl World {
             .filter_map(|at| self.members[*at].surfaces.casters().map(|casters| (*at, casters)))
     }
 
+    /// The first source that is seen where nothing is met: its place among the members, and the face.
+    pub fn beyond(&self) -> Option<(usize, u32)> {
+        let mut members = self.members.iter().enumerate();
+        members.find_map(|(at, member)| Some((at, member.surfaces.beyond()?)))
+    }
+
     /// Whether all of it is there.
     ///
     /// # Errors

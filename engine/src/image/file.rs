@@ -15,6 +15,8 @@ pub enum Format {
     Exr,
     /// `.hdr`: Radiance's, scene-linear; read only.
     Hdr,
+    /// `.jpg` or `.jpeg`: 8 bits, sRGB; read only.
+    Jpeg,
 }
 
 impl Format {
@@ -28,9 +30,12 @@ impl Format {
             "png" => Ok(Format::Png),
             "exr" => Ok(Format::Exr),
             "hdr" => Ok(Format::Hdr),
+            "jpg" | "jpeg" => Ok(Format::Jpeg),
             other => Err(Error::in_file(
                 path,
-                format!("\".{other}\" is no picture format: use .png or .exr, or .hdr for reading"),
+                format!(
+                    "\".{other}\" is no picture format: use .png or .exr, or .jpg or .hdr for reading"
+                ),
             )),
         }
     }
@@ -44,6 +49,7 @@ impl Format {
             Format::Png => [8, 16],
             Format::Exr => [16, 32],
             Format::Hdr => return Err(Error::invalid("HDR is only read here: write .exr")),
+            Format::Jpeg => return Err(Error::invalid("JPEG is only read here: write .png")),
         };
         match asked {
             None => Ok(known[0]),
@@ -65,17 +71,18 @@ pub fn write(image: &Image, path: &Path, bits: Option<u32>) -> Result<u64> {
     let bits = format.bits(bits).map_err(|e| Error::output(path, e))?;
     output::write(path, |out| match format {
         Format::Png => png::write(image, bits, path, out),
-        Format::Exr | Format::Hdr => exr::write(image, bits == 16, path, out),
+        Format::Exr | Format::Hdr | Format::Jpeg => exr::write(image, bits == 16, path, out),
     })
 }
 
-/// Reads a picture: PNG as scene-linear colour with associated alpha, EXR and HDR as they are.
+/// Reads a picture: PNG and JPEG as scene-linear colour with associated alpha, EXR and HDR as they are.
 ///
 /// # Errors
 /// If the file cannot be read, is damaged, or is of another format.
 pub fn read(path: &Path) -> Result<Image> {
     match Format::of(path)? {
-        Format::Png => png::read(path),
+        Format::Png => png::read(path, image::ImageFormat::Png),
+        Format::Jpeg => png::read(path, image::ImageFormat::Jpeg),
         Format::Exr => exr::read(path),
         Format::Hdr => hdr::read(path),
     }

@@ -1,7 +1,7 @@
-//! PNG, 8 or 16 bits, sRGB, with straight alpha.
+//! PNG, 8 or 16 bits, sRGB, with straight alpha; and JPEG, which is only read.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
+use image::{ExtendedColorType, ImageEncoder, ImageFormat};
 use std::io::Write;
 use std::path::Path;
 
@@ -31,12 +31,13 @@ pub(super) fn write(image: &Image, bits: u32, path: &Path, out: &mut impl Write)
         .map_err(|e| Error::output(path, e))
 }
 
-/// Reads a picture as scene-linear colour with associated alpha.
-pub(super) fn read(path: &Path) -> Result<Image> {
-    let fault = |e: image::ImageError| Error::in_file(path, format!("not a sound PNG file: {e}"));
+/// Reads a PNG or JPEG as scene-linear colour with associated alpha.
+pub(super) fn read(path: &Path, format: ImageFormat) -> Result<Image> {
+    let name = if format == ImageFormat::Png { "PNG" } else { "JPEG" };
+    let fault =
+        |e: image::ImageError| Error::in_file(path, format!("not a sound {name} file: {e}"));
     let file = std::fs::File::open(path).map_err(|e| Error::file(path, e))?;
-    let mut reader =
-        image::ImageReader::with_format(std::io::BufReader::new(file), image::ImageFormat::Png);
+    let mut reader = image::ImageReader::with_format(std::io::BufReader::new(file), format);
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(16 << 30);
     reader.limits(limits);

@@ -17,14 +17,20 @@ use super::lit::{Shadows, Spot};
 use super::rule::{Framing, Rate, Rule};
 use super::select::Selected;
 use crate::camera::Plane;
-use crate::fragment::{Batch, Casting, Columns, Fragments, Kept, Layers, Piece, stack};
+use crate::fragment::{Batch, Casting, Columns, Fragments, Kept, Layers, Piece, Stage, stack};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
-use crate::span::{FaceId, Held, SpanImage};
+use crate::span::{FaceId, Held, Source, SpanImage};
 
 /// Fragments shaded in one batch, about.
 const BATCH: usize = 4096;
+
+/// Stacks of more layers than this are looked through before they are shaded.
+const DEEP: usize = 8;
+
+/// What is behind layers that let less than this through is not shaded.
+const LEAST_THROUGH: f32 = 1e-4;
 
 /// The channels of a run of rows, zero at first. Those that nobody asked for are empty.
 #[derive(Debug, Default)]
@@ -60,6 +66,20 @@ pub(super) struct Stream<'a> {
     selected: Option<&'a Selected>,
     /// What shaders counted.
     counts: RefCell<BTreeMap<&'static str, u64>>,
+    /// Whether what surfaces hide stays hidden, whatever is done to them.
+    hides: bool,
+}
+
+/// Faces that lie over each other at a pixel.
+struct Pile {
+    pixel: usize,
+    row: u32,
+    column: u32,
+    area: f32,
+    x: f64,
+    y: f64,
+    /// From front to back.
+    faces: Vec<FaceId>,
 }
 
 /// What rows tell beside their pixels.
@@ -183,6 +203,14 @@ impl<'a> Stream<'a> {
         coverage: Coverage<'a>,
     ) -> Stream<'a> {
         let reads: Vec<Columns> = image.sources().iter().map(|source| source.reads()).collect();
+        let lessens = |stage: &Stage| match stage {
+            Stage::Shade(shading) => shading.shader().lessens_alpha(),
+            Stage::Place(_) | Stage::Kept(_) => false,
+        };
+        let hides = |source: &Arc<Source>| {
+            source.matte.is_none() && source.held.is_empty() && !source.stack.iter().any(lessens)
+        };
+        let hides = image.sources().iter().all(hides);
         let mut key = KeyHasher::new("fragments");
         key.value(&rule).bytes(format!("{framing:?} {reads:?} {channels:?}").as_bytes());
         Stream {
@@ -198,6 +226,7 @@ impl<'a> Stream<'a> {
             layers: &[],
             selected: None,
             counts: RefCell::default(),
+            hides,
         }
     }
 
@@ -286,10 +315,11 @@ impl<'a> Stream<'a> {
                 let places = (first as u32..).zip(&touched).filter(|(_, is_touched)| **is_touched);
                 gathered.touched.extend(places.map(|(at, _)| at));
             }
+            let mut deep = Vec::new();
             for cover in &covers {
                 let start = first + (cover.start - self.framing.columns.start) as usize;
                 if self.coverage.stack(cover.face).is_some() {
-                    self.stack(cover, row, start, &mut gathered);
+                    self.stack(cover, row, start, &mut deep, &mut gathered);
                     continue;
                 }
                 if wants_color && cover.face.is_some() {
@@ -304,6 +334,8 @@ impl<'a> Stream<'a> {
                 }
             }
             self.covers = covers;
+            self.look_through(&mut deep);
+            deep.iter().for_each(|pile| self.lay(pile, &mut gathered));
         }
         gathered.batches.extend(open.into_iter().filter(|group| !group.ordinal.is_empty()));
         gathered
@@ -358,20 +390,82 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// Adds the fragments of a cover whose faces lie over each other to the groups of their sources.
-    fn stack(&self, cover: &Cover, row: u32, start: usize, gathered: &mut Gathered) {
+    /// Adds the fragments of a cover whose faces lie over each other to the groups of their sources, or to
+    /// the deep ones, of which not all may be seen.
+    fn stack(
+        &self,
+        cover: &Cover,
+        row: u32,
+        start: usize,
+        deep: &mut Vec<Pile>,
+        gathered: &mut Gathered,
+    ) {
+        let faces = self.coverage.stack(cover.face).unwrap_or(&[]);
         for (column, pixel) in (cover.start..cover.end).zip(start..) {
             let Point { x, y, .. } = self.point(cover, column);
-            let first = gathered.members.len();
-            for face in self.coverage.stack(cover.face).unwrap_or(&[]) {
-                let (source, _) = self.image.locate(*face);
-                let group = &mut gathered.layered[source];
-                let point = Point { face: *face, x, y };
-                gathered.members.push(Member { point, source, index: group.ordinal.len() });
-                group.push(self.image, point, row, column, cover.area == 1.0);
+            let faces = faces.to_vec();
+            let pile = Pile { pixel, row, column, area: cover.area, x, y, faces };
+            if self.hides && pile.faces.len() > DEEP {
+                deep.push(pile);
+            } else {
+                self.lay(&pile, gathered);
             }
-            let members = first..gathered.members.len();
-            gathered.blends.push(Blend { pixel, area: cover.area, members });
+        }
+    }
+
+    /// Adds the fragments of a pile to the groups of their sources.
+    fn lay(&self, pile: &Pile, gathered: &mut Gathered) {
+        let Pile { pixel, row, column, area, x, y, .. } = *pile;
+        let first = gathered.members.len();
+        for face in &pile.faces {
+            let (source, _) = self.image.locate(*face);
+            let group = &mut gathered.layered[source];
+            let point = Point { face: *face, x, y };
+            gathered.members.push(Member { point, source, index: group.ordinal.len() });
+            group.push(self.image, point, row, column, area == 1.0);
+        }
+        let members = first..gathered.members.len();
+        gathered.blends.push(Blend { pixel, area, members });
+    }
+
+    /// Takes from piles what is behind layers that let nothing through: layer by layer of all piles, only
+    /// how much each hides is asked.
+    fn look_through(&self, piles: &mut [Pile]) {
+        let view = self.image.view();
+        let mut left = vec![1.0f32; piles.len()];
+        let mut open: Vec<usize> = (0..piles.len()).collect();
+        let mut depth = 0;
+        while !open.is_empty() {
+            let mut batches: Vec<(Fragments<'_>, Vec<usize>)> = Vec::new();
+            batches.resize_with(self.image.sources().len(), || (Fragments::new(view), Vec::new()));
+            for at in &open {
+                let pile = &piles[*at];
+                let (source, place) = self.image.locate(pile.faces[depth]);
+                let face = &self.image.sources()[source].faces.faces()[place];
+                let (batch, places) = &mut batches[source];
+                let (x, y) = (pile.x, pile.y);
+                batch.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
+                places.push(*at);
+            }
+            for (source, (mut batch, places)) in batches.into_iter().enumerate() {
+                if places.is_empty() {
+                    continue;
+                }
+                batch.pixel = DVec2::ONE / self.framing.scale;
+                batch.textures = self.framing.textures;
+                self.image.sources()[source].fill(Columns::COLOR, &mut batch);
+                for (at, alpha) in places.iter().zip(&batch.alpha) {
+                    left[*at] *= 1.0 - alpha;
+                }
+            }
+            depth += 1;
+            open.retain(|at| {
+                let pile = &mut piles[*at];
+                if left[*at] < LEAST_THROUGH {
+                    pile.faces.truncate(depth);
+                }
+                depth < pile.faces.len()
+            });
         }
     }
 

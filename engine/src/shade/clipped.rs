@@ -13,7 +13,7 @@ use crate::color::Color;
 use crate::fragment::World;
 use crate::light::{Light, Receiver};
 use crate::shadow;
-use crate::trace::{Casters, Shaft};
+use crate::trace::{Casters, Shaft, Toward};
 
 /// The most parts of a source that are kept apart.
 const MOST_PARTS: usize = 512;
@@ -55,7 +55,7 @@ pub(super) fn irradiance(
                 if is_nothing || is_too_much || parts.is_empty() {
                     return;
                 }
-                let corners = casters.corners(piece);
+                let corners = casters.corners(piece, Toward::Point(here));
                 let is_outside = |(normal, offset): &(DVec3, f64)| {
                     corners.clone().all(|corner| normal.dot(corner) + offset <= 0.0)
                 };
@@ -126,8 +126,9 @@ fn shaft(points: &[DVec3], facing: DVec3, here: DVec3) -> Shaft {
 /// edge-on.
 fn cone_of(casters: &Casters, piece: usize, here: DVec3, planes: &mut Vec<(DVec3, f64)>) -> bool {
     planes.clear();
-    let normal = casters.normal(piece);
-    let mut corners = casters.corners(piece).map(|corner| corner - here);
+    let toward = Toward::Point(here);
+    let normal = casters.normal(piece, toward);
+    let mut corners = casters.corners(piece, toward).map(|corner| corner - here);
     let Some(first) = corners.next() else { return false };
     let away = normal.dot(first);
     if away.is_nan() || away.abs() <= 1e-12 * normal.length() * first.length() {

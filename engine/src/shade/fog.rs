@@ -97,6 +97,10 @@ impl Shader for Fog {
         Columns::COLOR | Columns::DEPTH
     }
 
+    fn lessens_alpha(&self) -> bool {
+        false
+    }
+
     fn changes(&self) -> Columns {
         Columns::COLOR
     }

@@ -111,6 +111,10 @@ impl Shader for Illuminate {
         reads
     }
 
+    fn lessens_alpha(&self) -> bool {
+        false
+    }
+
     fn changes(&self) -> Columns {
         Columns::COLOR
     }

@@ -91,6 +91,10 @@ impl Shader for PictureColors {
         Columns::COLOR | Columns::DEPTH
     }
 
+    fn lessens_alpha(&self) -> bool {
+        false
+    }
+
     fn changes(&self) -> Columns {
         Columns::COLOR
     }

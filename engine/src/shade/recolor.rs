@@ -22,6 +22,10 @@ impl Shader for Recolor {
         Columns::COLOR
     }
 
+    fn lessens_alpha(&self) -> bool {
+        false
+    }
+
     fn changes(&self) -> Columns {
         Columns::COLOR
     }

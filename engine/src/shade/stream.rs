@@ -75,6 +75,10 @@ impl Shader for Stream {
         self.program.reads().map(one).fold(Columns::COLOR | made, |all, one| all | one)
     }
 
+    fn lessens_alpha(&self) -> bool {
+        self.program.makes()[1]
+    }
+
     fn changes(&self) -> Columns {
         let [.., makes_normal] = self.program.makes();
         if makes_normal { Columns::ALL } else { Columns::COLOR }

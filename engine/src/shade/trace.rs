@@ -12,14 +12,14 @@ use std::sync::Arc;
 use super::pattern::{Pattern, Spread};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Columns, Finish, Fragments, Kept, Layers, Meeting, Member, Optics, Shader,
+    Around, Batch, Columns, FAR, Finish, Fragments, Kept, Layers, Meeting, Member, Optics, Shader,
     Sight, Stage, World, stack,
 };
 use crate::key::{Key, KeyHasher};
 use crate::light::Lamp;
 use crate::math;
 use crate::shadow;
-use crate::trace::{Accelerator, Casters, Finder, Hit, Ray};
+use crate::trace::{Accelerator, Casters, Finder, Hit, Ray, Toward};
 
 /// The most translucent surfaces that a ray goes through: so many that next to nothing is left.
 const MOST_LAYERS: usize = 4096;
@@ -67,7 +67,8 @@ struct Followed {
 #[derive(Clone, Copy, Debug)]
 struct Met {
     ray: u32,
-    /// Its place among what casts in the world: the same in all worlds of one geometry.
+    /// Its place among what casts in the world, the same in all worlds of one geometry, or behind the last of
+    /// them for what is beyond.
     caster: u32,
     ordinal: u32,
     sees_front: bool,
@@ -89,6 +90,10 @@ struct Group<'v> {
 impl Shader for Trace {
     fn reads(&self) -> Columns {
         Columns::COLOR | Columns::FINISH | Columns::NORMAL | Columns::FACING | Columns::TRACED
+    }
+
+    fn lessens_alpha(&self) -> bool {
+        false
     }
 
     fn changes(&self) -> Columns {
@@ -205,6 +210,7 @@ impl Trace {
             .casters()
             .map(|(member, casters)| (member, casters.finder(&self.accelerator)))
             .unzip();
+        let beyond = world.beyond();
         batch.count("rays", rays.len() as u64);
         let mut all = Vec::new();
         for (number, followed) in rays.iter().enumerate() {
@@ -216,7 +222,8 @@ impl Trace {
                 last = (hit.t, at, hit.piece);
                 let casters = finders[at].casters();
                 let surfaces = &*world.members()[members[at]].surfaces;
-                let sees_front = casters.normal(hit.piece).dot(followed.direction) < 0.0;
+                let toward = Toward::Direction(-followed.direction);
+                let sees_front = casters.normal(hit.piece, toward).dot(followed.direction) < 0.0;
                 let position = ray.at(hit.t);
                 let known = &casters.pieces()[hit.piece];
                 let widens = fragments.view.pixel_width(0.0).1 * fragments.pixel.x;
@@ -231,7 +238,7 @@ impl Trace {
                     let is_solid = ordinal == known.face && known.opacity == 1.0;
                     let from = followed.origin;
                     let met = Meeting { ordinal, sees_front, from, position, width };
-                    let one = || Fragments::one(fragments.view, &met).first_alpha(surfaces);
+                    let one = || surfaces.alpha_at(fragments.view, &met);
                     left *= if is_solid { 0.0 } else { 1.0 - one() };
                     if left == 0.0 {
                         break;
@@ -240,6 +247,14 @@ impl Trace {
                 if left <= self.least {
                     break;
                 }
+            }
+            if let Some((_, ordinal)) = beyond
+                && left > self.least
+            {
+                let position = ray.at(FAR);
+                let (ray, caster, way) = (number as u32, members.len() as u32, FAR as f32);
+                let width = (FAR * fragments.view.pixel_width(0.0).1 * fragments.pixel.x) as f32;
+                all.push(Met { ray, caster, ordinal, sees_front: true, way, position, width });
             }
         }
         let all = Arc::new(all);
@@ -256,7 +271,9 @@ impl Trace {
         (world, around, key): (&World, &Around<'_>, Key),
         shown: &mut Shown,
     ) {
-        let members: Vec<usize> = world.casters().map(|(member, _)| member).collect();
+        let casters = world.casters().map(|(member, _)| member);
+        // What is beyond them all stands at the end.
+        let members: Vec<usize> = casters.chain(world.beyond().map(|(member, _)| member)).collect();
         let mut groups: Vec<Group<'_>> = Vec::new();
         for (place, met) in met.iter().enumerate() {
             let member = members[met.caster as usize];

@@ -16,7 +16,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::camera::{Plane, View};
-use crate::fragment::{Casting, Fragments, Meeting, Stage, Surfaces, World, stack};
+use crate::fragment::{Casting, Meeting, Stage, Surfaces, World, stack};
 use crate::span::{FaceId, SpanImage};
 use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, spaces_of};
 
@@ -224,7 +224,7 @@ impl Work<'_> {
                 if casters.pieces()[piece].opacity == 0.0 {
                     return;
                 }
-                let corners = casters.corners(piece);
+                let corners = casters.corners(piece, from);
                 // All of it may be outside one plane of the shaft.
                 let is_outside = |(normal, offset): &(DVec3, f64)| {
                     corners.clone().all(|corner| normal.dot(corner) + offset < 0.0)
@@ -382,8 +382,8 @@ impl Patch<'_> {
         if lies_in(casters, piece, self.plane) {
             return false;
         }
-        let normal = casters.normal(piece);
-        let mut corners = casters.corners(piece);
+        let normal = casters.normal(piece, self.from);
+        let mut corners = casters.corners(piece, self.from);
         let Some(first) = corners.next() else { return false };
         let away = match self.from {
             Toward::Direction(toward) => -normal.dot(toward) / normal.length(),
@@ -438,8 +438,8 @@ impl Patch<'_> {
             let depth = self.depth.depth(x, y);
             let from = self.view.world_point(x, y, depth);
             let (along, reach) = self.from.from(from);
-            let normal = casters.normal(piece);
-            let corner = casters.corners(piece).next().unwrap_or_default();
+            let normal = casters.normal(piece, self.from);
+            let corner = casters.corners(piece, self.from).next().unwrap_or_default();
             let way = normal.dot(corner - from) / normal.dot(along);
             // Towards a light at one place what a pixel stands for narrows.
             let narrows = 1.0 - (way / reach).clamp(0.0, 1.0);
@@ -476,17 +476,23 @@ pub fn opacity(
         return known.opacity;
     }
     let Way { from, along, position, width } = met();
-    let sees_front = casters.normal(piece).dot(along) < 0.0;
+    let sees_front = casters.normal(piece, Toward::Direction(-along)).dot(along) < 0.0;
     let met = Meeting { ordinal: known.face, sees_front, from, position, width };
-    Fragments::one(view, &met).first_alpha(surfaces)
+    surfaces.alpha_at(view, &met)
 }
 
-/// Whether a piece lies in the plane of a face.
+/// Whether a piece lies in the plane of a face. A card does that turns about a line in it: it casts nothing on
+/// itself as it is seen.
 pub fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3)) -> bool {
-    casters.corners(piece).all(|corner| {
+    let is_near = |corner: DVec3, size: f64| {
         let from = corner - point;
-        normal.dot(from).abs() <= IN_PLANE * from.length()
-    })
+        normal.dot(from).abs() <= IN_PLANE * (from.length() + size)
+    };
+    if let Some(card) = casters.card(piece) {
+        return is_near(card.middle(), card.height);
+    }
+    // No card turns.
+    casters.corners(piece, Toward::Direction(DVec3::Y)).all(|corner| is_near(corner, 0.0))
 }
 
 /// The part of a span inside all sides.
@@ -549,10 +555,15 @@ fn unite(line: &mut Vec<Dark>) {
         let mut ends: Vec<End> = of_face.iter().flat_map(|dark| [dark.start, dark.end]).collect();
         ends.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
         ends.dedup_by(|a, b| a.x == b.x);
+        let (mut active, mut next): (Vec<&Dark>, usize) = (Vec::new(), 0);
         for pair in ends.windows(2) {
             let middle = (pair[0].x + pair[1].x) / 2.0;
-            let over = of_face.iter().filter(|d| d.start.x <= middle && middle < d.end.x);
-            let through: f32 = over.map(|d| d.through).product();
+            while let Some(dark) = of_face.get(next).filter(|dark| dark.start.x <= middle) {
+                active.push(dark);
+                next += 1;
+            }
+            active.retain(|dark| middle < dark.end.x);
+            let through: f32 = active.iter().map(|dark| dark.through).product();
             if through < 1.0 {
                 let (start, end) = (pair[0], pair[1]);
                 all.push(Dark { face: of_face[0].face, start, end, through });

@@ -90,7 +90,8 @@ impl Footprint {
             Filter::Anisotropic(most) => {
                 let (major, minor) = axes(a, b);
                 let long = major.length();
-                let probes = (long / minor.max(1.0)).ceil().clamp(1.0, f64::from(most));
+                // What is round but for rounding takes one.
+                let probes = (long / minor.max(1.0) - 1e-3).ceil().clamp(1.0, f64::from(most));
                 let width = (long / probes).max(minor);
                 let step = major / size / probes;
                 let mut sum = [0.0; 5];

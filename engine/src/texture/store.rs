@@ -6,9 +6,10 @@ use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use super::pyramid::{self, Level, Meaning};
-use crate::error::Result;
-use crate::image::texels::Texels;
-use crate::key::Key;
+use crate::error::{Error, Result};
+use crate::image::Image;
+use crate::image::texels::{Samples, Texels};
+use crate::key::{Key, KeyHasher};
 
 /// The bytes that the store holds if nobody says otherwise.
 const USUAL_LIMIT: usize = 1 << 30;
@@ -21,6 +22,39 @@ pub struct Source {
     pub meaning: Meaning,
     /// How it is read.
     pub read: Box<dyn Fn() -> Result<Texels> + Send + Sync>,
+}
+
+impl Source {
+    /// A picture in memory, as colour, and whether it is opaque everywhere.
+    ///
+    /// # Errors
+    /// If it holds only a part, or a pixel is not finite.
+    pub fn of(image: &Arc<Image>) -> Result<(Source, bool)> {
+        let (width, height) = image.size;
+        let area = image.window.area();
+        if area == 0 || area as u64 != u64::from(width) * u64::from(height) {
+            return Err(Error::invalid("the picture is not whole: all of it is needed"));
+        }
+        let mut key = KeyHasher::new("image");
+        key.value(&image.size);
+        let mut is_opaque = true;
+        for (at, pixel) in image.pixels().enumerate() {
+            if !pixel.iter().all(|v| v.is_finite()) {
+                let (x, y) = (at as u32 % width, at as u32 / width);
+                return Err(Error::invalid(format!(
+                    "pixel {x}, {y} of the picture is not a finite number"
+                )));
+            }
+            is_opaque &= pixel[3] >= 1.0;
+            key.bytes(&pixel.map(f32::to_le_bytes).concat());
+        }
+        let held = image.clone();
+        let read = move || -> Result<Texels> {
+            Ok(Texels { size: held.size, samples: Samples::Linear(held.pixels().collect()) })
+        };
+        let (key, meaning) = (key.finish(), Meaning::Color);
+        Ok((Source { key, meaning, read: Box::new(read) }, is_opaque))
+    }
 }
 
 impl fmt::Debug for Source {

@@ -87,7 +87,7 @@ impl Grid {
     pub(super) fn new(casters: &Casters, voxels: &Voxels) -> Grid {
         let boxes: Vec<[DVec3; 2]> = (0..casters.pieces.len())
             .map(|piece| {
-                let corners = || casters.corners(piece);
+                let corners = || casters.reach(piece);
                 let low = corners().fold(DVec3::INFINITY, DVec3::min);
                 [low, corners().fold(DVec3::NEG_INFINITY, DVec3::max)]
             })

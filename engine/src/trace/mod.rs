@@ -7,10 +7,12 @@
 //! between faces that share an edge. The tree only finds candidates: its boxes, in 32 bits, are larger
 //! than any rounding on the way to them.
 
+mod card;
 mod grid;
 mod ray;
 mod reductions;
 
+pub use card::{Card, Turned};
 pub use grid::Voxels;
 pub use ray::{Ray, Toward};
 pub use reductions::{Candidates, Reductions, Spaces, spaces_of};
@@ -44,6 +46,8 @@ pub struct Piece {
     /// If it is of an opaque closed body, the body's number from 1 on, negative if its faces look inwards; else
     /// 0.
     pub body: i32,
+    /// If it turns to the light, the number of its card.
+    card: Option<u32>,
     first: u32,
     count: u32,
 }
@@ -54,6 +58,7 @@ pub struct Casters {
     points: Vec<DVec3>,
     corners: Vec<u32>,
     pieces: Vec<Piece>,
+    cards: Vec<Card>,
     /// The least and the greatest corner of each closed body.
     bodies: Vec<[DVec3; 2]>,
     tree: Option<Tree>,
@@ -141,7 +146,22 @@ impl CastersBuilder {
             return;
         }
         let (first, count) = (first as u32, count as u32);
-        self.0.pieces.push(Piece { face, opacity, body, first, count });
+        self.0.pieces.push(Piece { face, opacity, body, card: None, first, count });
+    }
+
+    /// Adds a face that turns to the light; what it holds back differs from place to place.
+    pub fn card(&mut self, face: u32, card: Card) {
+        // Its corners here are only what it takes of space at most.
+        let [low, high] = card.bounds();
+        let across =
+            [low, DVec3::new(high.x, low.y, high.z), high, DVec3::new(low.x, high.y, low.z)];
+        let first = self.points(across.into_iter());
+        let before = self.0.pieces.len();
+        self.piece(face, f32::NAN, 0, first..first + 4);
+        if let Some(piece) = self.0.pieces.get_mut(before) {
+            piece.card = Some(self.0.cards.len() as u32);
+            self.0.cards.push(card);
+        }
     }
 
     /// All pieces, with a tree over them.
@@ -253,8 +273,28 @@ impl Casters {
         &self.pieces
     }
 
-    /// The corners of a piece, in metres.
-    pub fn corners(&self, piece: usize) -> impl ExactSizeIterator<Item = DVec3> + Clone + '_ {
+    /// The corners of a piece, in metres, as it is turned to somebody if it turns.
+    pub fn corners(
+        &self,
+        piece: usize,
+        toward: Toward,
+    ) -> impl ExactSizeIterator<Item = DVec3> + Clone + '_ {
+        let piece = &self.pieces[piece];
+        let turned = piece.card.map(|card| self.cards[card as usize].corners(toward));
+        let corners = &self.corners[piece.first as usize..][..piece.count as usize];
+        corners.iter().enumerate().map(move |(i, corner)| match &turned {
+            Some(turned) => turned[i],
+            None => self.points[*corner as usize],
+        })
+    }
+
+    /// The card that a piece is, if it turns.
+    pub fn card(&self, piece: usize) -> Option<&Card> {
+        self.pieces[piece].card.map(|card| &self.cards[card as usize])
+    }
+
+    /// Corners of what a piece takes of space, however it is turned.
+    pub(super) fn reach(&self, piece: usize) -> impl Iterator<Item = DVec3> + Clone + '_ {
         self.of(&self.pieces[piece])
     }
 
@@ -263,9 +303,9 @@ impl Casters {
         corners.iter().map(|corner| self.points[*corner as usize])
     }
 
-    /// The normal of a piece's plane, as long as twice its area.
-    pub fn normal(&self, piece: usize) -> DVec3 {
-        area_vector(self.corners(piece))
+    /// The normal of a piece's plane, as long as twice its area, as it is turned to somebody if it turns.
+    pub fn normal(&self, piece: usize, toward: Toward) -> DVec3 {
+        area_vector(self.corners(piece, toward))
     }
 
     /// Bytes held, about.
@@ -274,6 +314,7 @@ impl Casters {
         size_of_val(&*self.points)
             + size_of_val(&*self.corners)
             + size_of_val(&*self.pieces)
+            + size_of_val(&*self.cards)
             + nodes
     }
 
@@ -281,7 +322,20 @@ impl Casters {
     /// does not meet.
     #[inline]
     pub fn meet(&self, piece: usize, ray: &Ray) -> Option<Hit> {
-        let mut corners = self.of(&self.pieces[piece]);
+        if self.pieces[piece].card.is_some() {
+            return self.meet_corners(piece, ray, self.corners(piece, ray.turns()));
+        }
+        self.meet_corners(piece, ray, self.of(&self.pieces[piece]))
+    }
+
+    #[inline(always)]
+    fn meet_corners(
+        &self,
+        piece: usize,
+        ray: &Ray,
+        mut corners: impl Iterator<Item = DVec3> + Clone,
+    ) -> Option<Hit> {
+        let all = corners.clone();
         let corner = corners.next()?;
         let first = ray.seen(corner);
         let (mut is_left, mut is_right) = (true, true);
@@ -295,7 +349,7 @@ impl Casters {
             }
             last = next;
         }
-        let normal = self.normal(piece);
+        let normal = area_vector(all);
         let t = normal.dot(corner - ray.origin) / normal.dot(ray.direction);
         (t > 0.0 && t < ray.reach).then_some(Hit { t, piece })
     }
@@ -338,8 +392,8 @@ impl Casters {
         {
             return None;
         }
-        let toward = from.from(self.corners(piece).next()?).0;
-        Some(self.normal(piece).dot(toward) * f64::from(number.signum()) > 0.0)
+        let toward = from.from(self.corners(piece, from).next()?).0;
+        Some(self.normal(piece, from).dot(toward) * f64::from(number.signum()) > 0.0)
     }
 
     /// The pieces by the six spaces around a point, made when they are asked for first.
@@ -350,7 +404,11 @@ impl Casters {
         }
         let mut spaces = Spaces::default();
         for piece in 0..self.pieces.len() {
-            for space in spaces_of(self.corners(piece).map(|corner| corner - around)) {
+            if self.pieces[piece].card.is_some() {
+                spaces.iter_mut().for_each(|space| space.push(piece as u32));
+                continue;
+            }
+            for space in spaces_of(self.reach(piece).map(|corner| corner - around)) {
                 spaces[space].push(piece as u32);
             }
         }
@@ -455,7 +513,7 @@ mod tests {
             let mut leaks = 0;
             // Aimed at the corners and edges themselves, where rounding would open gaps.
             for piece in 0..ball.pieces().len() {
-                let corners: Vec<DVec3> = ball.corners(piece).collect();
+                let corners: Vec<DVec3> = ball.reach(piece).collect();
                 let aims = [
                     corners[0],
                     (corners[0] + corners[1]) / 2.0,

@@ -38,6 +38,16 @@ impl Ray {
         self.direction
     }
 
+    /// To what a card turns that it meets: to its end, the light, if it has one, else back to where it comes
+    /// from.
+    pub(super) fn turns(&self) -> Toward {
+        if self.reach.is_finite() {
+            Toward::Point(self.at(self.reach))
+        } else {
+            Toward::Direction(-self.direction)
+        }
+    }
+
     /// A point as seen along the ray, which is in the middle.
     #[inline(always)]
     pub(super) fn seen(&self, point: DVec3) -> (f64, f64) {

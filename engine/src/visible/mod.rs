@@ -20,6 +20,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::camera::View;
 use crate::error::{Error, Result};
+use crate::fragment::Surfaces;
 use crate::key::Key;
 use crate::raster::{LinePlan, Rows};
 use crate::scene::{Scene, SceneSurfaces};
@@ -35,11 +36,13 @@ pub struct Cluster {
     /// Brings the scene nearer by `priority` 2^-24 of its distance: more than rounding, less than can
     /// be seen. Decides between surfaces that are meant to coincide but do not in every bit.
     pub priority: i32,
+    /// What knows its faces, by their numbers in the scene. Absent, the scene.
+    pub surfaces: Option<Arc<dyn Surfaces>>,
 }
 
 impl From<Arc<Scene>> for Cluster {
     fn from(scene: Arc<Scene>) -> Cluster {
-        Cluster { scene, priority: 0 }
+        Cluster { scene, priority: 0, surfaces: None }
     }
 }
 
@@ -125,7 +128,10 @@ fn frame(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Resul
         Ok(Source {
             label: scene.label.clone(),
             scene: Key::of(&(scene.key.to_bytes(), cluster.priority)),
-            surfaces: Arc::new(SceneSurfaces::new(scene.clone())),
+            surfaces: match &cluster.surfaces {
+                Some(surfaces) => surfaces.clone(),
+                None => Arc::new(SceneSurfaces::new(scene.clone())),
+            },
             stack: Vec::new(),
             matte: None,
             held: Vec::new(),

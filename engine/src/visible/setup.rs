@@ -20,7 +20,7 @@ const CHUNK: usize = 8192;
 /// # Errors
 /// If the scene has more corners than a table holds.
 pub fn face_table(cluster: &Cluster, view: &View, plan: LinePlan) -> Result<FaceTable> {
-    let Cluster { scene, priority } = cluster;
+    let Cluster { scene, priority, .. } = cluster;
     let parts: Vec<(Vec<DVec2>, Vec<FaceTableBuilder>)> = scene
         .instances
         .par_iter()

@@ -9,11 +9,12 @@ use spandrel_engine::values::Picture;
 use spandrel_engine::{Error, Result};
 use std::path::Path;
 
-/// Reads a picture: PNG as scene-linear colour, OpenEXR as it is. A link to a picture may name the file itself.
+/// Reads a picture: PNG and JPEG as scene-linear colour, OpenEXR and HDR as they are. A link to a picture may name
+/// the file itself.
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Read {
-    /// The file, ending in `.png` or `.exr`.
+    /// The file, ending in `.png`, `.jpg`, `.exr` or `.hdr`.
     pub file: InFile,
 }
 
@@ -44,9 +45,6 @@ impl Node for Read {
                 format!("it has no colour (R, G, B): its channels are {}", names.join(", "));
             return Err(Error::in_file(path, message));
         }
-        Ok(match wanted.changed.window {
-            Some(window) => image.cropped(window),
-            None => image,
-        })
+        Ok(wanted.part(image))
     }
 }

@@ -39,7 +39,8 @@ impl Node for Scanline {
 
     fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let view = View::new(&inputs.get(&self.camera), wanted.raster)?;
-        let cluster = Cluster { scene: inputs.get(&self.scene), priority: self.priority };
+        let (scene, priority) = (inputs.get(&self.scene), self.priority);
+        let cluster = Cluster { scene, priority, surfaces: None };
         visible::render(&[cluster], &view, wanted.plan, wanted.rows.clone())
     }
 }

@@ -1,0 +1,343 @@
+//! What stands behind everything, or in front of it: one face over the whole picture (\[N], "Background
+//! processing"; \[D], figure 15).
+//!
+//! A backdrop is a source of spans like any other, so it is merged by depth, shaded by programs, and seen by
+//! rays that meet nothing else. Without a distance of its own it stands [`FAR`] away.
+
+use glam::{DVec2, DVec3};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::ops::Range;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::camera::{Plane, View};
+use crate::color::Color;
+use crate::error::{Error, Result};
+use crate::fragment::{Columns, FAR, Fragments, Surfaces};
+use crate::image::Image;
+use crate::key::Key;
+use crate::light::Lamp;
+use crate::math;
+use crate::raster::{LinePlan, Rows};
+use crate::span::{
+    self, Again, FaceHead, FaceId, FaceTableBuilder, Layers, Lines, Role, Segment, SpanImage, line,
+};
+use crate::texture::{Footprint, Opened, Source, Wrap, store};
+
+/// What a backdrop shows.
+#[derive(Debug)]
+pub enum Show {
+    /// Colours by degrees above the horizon, from below upwards, mixed between; at least one.
+    Gradient(Vec<(f64, Color)>),
+    /// A sky, and the illuminance in lux under which a white surface shows 1.
+    Sky(Lamp, f32),
+    /// A picture that lies as its [`By`] says.
+    Picture(Photograph),
+}
+
+/// A picture that a backdrop shows.
+#[derive(Debug)]
+pub struct Photograph {
+    source: Source,
+    size: DVec2,
+    is_opaque: bool,
+    /// How it lies.
+    pub by: By,
+    /// By how many degrees a panorama is turned clockwise, seen from above.
+    pub turn: f64,
+}
+
+/// How a picture lies behind a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum By {
+    /// It fills the view; what does not fit is cut off.
+    #[default]
+    Fill,
+    /// All of it is in the view; beside it is nothing.
+    Whole,
+    /// It is stretched to the view.
+    Stretch,
+    /// By direction: a panorama all around, twice as wide as high. Its middle lies towards -z.
+    Direction,
+}
+
+impl Photograph {
+    /// A picture in memory.
+    ///
+    /// # Errors
+    /// If it is empty, not whole, or has no colour.
+    pub fn new(image: &Arc<Image>, by: By, turn: f64) -> Result<Photograph> {
+        let (width, height) = image.size;
+        if by == By::Direction && width != 2 * height {
+            return Err(Error::invalid(format!(
+                "the picture has {width} x {height} pixels: one that lies by Direction is twice as wide as \
+                 high"
+            )));
+        }
+        let (source, is_opaque) = Source::of(image)?;
+        let size = DVec2::new(f64::from(width), f64::from(height));
+        Ok(Photograph { source, size, is_opaque, by, turn: turn.to_radians() })
+    }
+
+    /// What it is.
+    pub fn key(&self) -> Key {
+        self.source.key
+    }
+
+    fn wrap(&self) -> [Wrap; 2] {
+        match self.by {
+            By::Direction => [Wrap::Repeat, Wrap::Clamp],
+            By::Whole => [Wrap::Nothing; 2],
+            By::Fill | By::Stretch => [Wrap::Clamp; 2],
+        }
+    }
+
+    /// How often the picture stands in the view, to the right and upwards.
+    fn scale(&self, view: &View) -> DVec2 {
+        let [left, top, right, bottom] = view.window();
+        let ratio = (right - left) / (bottom - top) / (self.size.x / self.size.y);
+        let (wide, high) = match self.by {
+            By::Fill if ratio > 1.0 => (1.0, 1.0 / ratio),
+            By::Fill => (ratio, 1.0),
+            By::Whole if ratio > 1.0 => (ratio, 1.0),
+            By::Whole => (1.0, 1.0 / ratio),
+            By::Stretch | By::Direction => (1.0, 1.0),
+        };
+        DVec2::new(wide, high)
+    }
+
+    /// What a fragment covers of it.
+    fn footprint(&self, fragments: &Fragments<'_>, i: usize) -> Footprint {
+        if self.by == By::Direction {
+            let (along, steps) = directions(fragments, i);
+            let place = |way: DVec3| {
+                let u = (math::atan2(way.x, -way.z) - self.turn) / TAU + 0.5;
+                DVec2::new(u, 0.5 + elevation(way) / PI)
+            };
+            let at = place(along);
+            let [right, down] = steps.map(|step| {
+                let step = place((along + step).normalize_or(along)) - at;
+                DVec2::new(step.x - step.x.round(), step.y)
+            });
+            return Footprint { at, right, down };
+        }
+        if fragments.sight.is_some() {
+            // A flat picture does not say what lies beside the view: a mirror shows its mean.
+            return Footprint { at: DVec2::splat(0.5), right: DVec2::X, down: DVec2::NEG_Y };
+        }
+        let [left, top, right, bottom] = fragments.view.window();
+        let size = DVec2::new(right - left, bottom - top);
+        let scale = self.scale(fragments.view);
+        let at = DVec2::new(fragments.x[i] - left, bottom - fragments.y[i]) / size;
+        let step = fragments.pixel / size * scale;
+        Footprint {
+            at: (at - 0.5) * scale + 0.5,
+            right: DVec2::new(step.x, 0.0),
+            down: DVec2::new(0.0, -step.y),
+        }
+    }
+}
+
+/// The direction in which a fragment is seen, and how it changes to the next pixel on the right and below.
+fn directions(fragments: &Fragments<'_>, i: usize) -> (DVec3, [DVec3; 2]) {
+    let (_, along, length) = fragments.way(i);
+    let position = fragments.position.get(i).copied();
+    let place = || fragments.view.world_point(fragments.x[i], fragments.y[i], fragments.depth[i]);
+    let steps = fragments.footprint(i, position.unwrap_or_else(place), -along);
+    (along, steps.map(|step| step / length))
+}
+
+/// The angle above the horizon, in radians.
+fn elevation(way: DVec3) -> f64 {
+    FRAC_PI_2 - math::acos(way.y.clamp(-1.0, 1.0))
+}
+
+/// The surfaces of a backdrop: one face that lights leave alone.
+#[derive(Debug)]
+struct Backdrop {
+    show: Show,
+    strength: Color,
+    fault: Mutex<Option<Error>>,
+}
+
+impl Backdrop {
+    fn keep(&self, error: Error) {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    fn color(&self, fragments: &Fragments<'_>, opened: Option<&Opened<'_>>, i: usize) -> [f32; 4] {
+        let opaque = |color: Color| [color.r, color.g, color.b, 1.0];
+        match &self.show {
+            Show::Gradient(colors) => {
+                let angle = elevation(fragments.way(i).1).to_degrees();
+                let next = colors.partition_point(|(at, _)| *at <= angle);
+                let color = match (next.checked_sub(1).map(|at| colors[at]), colors.get(next)) {
+                    (Some((from, below)), Some((to, above))) => {
+                        below.mix(*above, ((angle - from) / (to - from)) as f32)
+                    }
+                    (Some((_, color)), None) | (None, Some(&(_, color))) => color,
+                    (None, None) => Color::BLACK,
+                };
+                opaque(color)
+            }
+            Show::Sky(lamp, white) => {
+                let along = fragments.way(i).1;
+                let luminance = lamp.light.luminance(along).unwrap_or(Color::BLACK);
+                opaque(luminance * lamp.strength * (PI as f32 / white))
+            }
+            Show::Picture(picture) => {
+                let Some(opened) = opened else { return [0.0; 4] };
+                let footprint = picture.footprint(fragments, i);
+                let seen = footprint.see(opened, fragments.textures, picture.wrap());
+                let [r, g, b, a, _] = seen.unwrap_or_else(|error| {
+                    self.keep(error);
+                    [0.0; 5]
+                });
+                let straight = if a > 0.0 { 1.0 / a } else { 0.0 };
+                [r * straight, g * straight, b * straight, a]
+            }
+        }
+    }
+
+    fn is_opaque(&self) -> bool {
+        match &self.show {
+            Show::Picture(picture) => picture.is_opaque && picture.by != By::Whole,
+            Show::Gradient(_) | Show::Sky(..) => true,
+        }
+    }
+}
+
+impl Surfaces for Backdrop {
+    fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>) {
+        let opened = match &self.show {
+            Show::Picture(picture) => {
+                store().open(&picture.source).map_err(|error| self.keep(error)).ok()
+            }
+            Show::Gradient(_) | Show::Sky(..) => None,
+        };
+        for i in 0..fragments.len() {
+            if wanted.contains(Columns::COLOR) {
+                let [r, g, b, a] = self.color(fragments, opened.as_ref(), i);
+                fragments.color.push(Color::new(r, g, b) * self.strength);
+                fragments.alpha.push(a);
+                fragments.unlit.push(true);
+            }
+            if wanted.meets(Columns::NORMAL | Columns::FACING) {
+                let toward = -fragments.way(i).1;
+                if wanted.contains(Columns::NORMAL) {
+                    fragments.normal.push(toward.as_vec3());
+                }
+                if wanted.contains(Columns::FACING) {
+                    fragments.facing.push(toward);
+                }
+            }
+        }
+    }
+
+    fn varying(&self, _: u32) -> Columns {
+        Columns::COLOR | Columns::NORMAL
+    }
+
+    fn object(&self, _: u32) -> String {
+        String::new()
+    }
+
+    fn beyond(&self) -> Option<u32> {
+        Some(0)
+    }
+
+    fn fault(&self) -> Option<Error> {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+/// Where and how a backdrop stands.
+#[derive(Clone, Debug)]
+pub struct Stand {
+    /// What it is called.
+    pub label: String,
+    /// What is shown, whatever is told apart by it.
+    pub key: Key,
+    /// By how much its colours are multiplied.
+    pub strength: Color,
+    /// Its distance along the view axis in metres; [`FAR`] if there is none.
+    pub distance: Option<f64>,
+}
+
+/// The image of a backdrop.
+///
+/// # Errors
+/// If the distance is not above 0 (of a parallel view: not finite).
+pub fn image(
+    show: Show,
+    stand: Stand,
+    view: &View,
+    plan: LinePlan,
+    rows: Rows,
+) -> Result<SpanImage> {
+    let distance = stand.distance.unwrap_or(FAR);
+    if !distance.is_finite() || (!view.is_parallel() && distance <= 0.0) {
+        return Err(Error::invalid(format!("`distance` is {distance} m: it must be above 0")));
+    }
+    let surfaces = Backdrop { show, strength: stand.strength, fault: Mutex::default() };
+    let is_translucent = !surfaces.is_opaque();
+    let [left, top, right, bottom] = view.window();
+    let corners = [[left, top], [right, top], [right, bottom], [left, bottom]].map(DVec2::from);
+    let mut faces = FaceTableBuilder::new();
+    let first = faces.points(corners)?;
+    let plane = Plane::constant(view.depth(distance));
+    let head =
+        FaceHead { ordinal: 0, plane, rank: 0, role: Role::Face, sees_front: true, is_translucent };
+    faces.face(head, [&(first..first + 4).collect::<Vec<u32>>()[..]])?;
+    let source = span::Source {
+        label: stand.label,
+        scene: stand.key,
+        surfaces: Arc::new(surfaces),
+        stack: Vec::new(),
+        matte: None,
+        held: Vec::new(),
+        faces: Arc::new(faces.finish()),
+    };
+    let frame = SpanImage::frame(view.clone(), plan, rows, vec![source])?;
+    let nowhere = frame.clone();
+    let again = plan.probed.then(|| {
+        Again::new(move |probes| {
+            let cells = |k: u32| probes[k as usize].cells.clone();
+            Ok(filled(nowhere.on_probes(probes), is_translucent, cells))
+        })
+    });
+    let all = 0..view.raster().cells();
+    Ok(filled(frame, is_translucent, |_| all.clone()).with_again(again))
+}
+
+/// The image with its one face on every line, within its cells.
+fn filled(
+    frame: SpanImage,
+    is_translucent: bool,
+    cells: impl Fn(u32) -> Range<u32> + Sync,
+) -> SpanImage {
+    let (view, face) = (frame.view(), frame.id(0, 0));
+    let [left, top, right, bottom] = view.window();
+    let raster = view.raster();
+    let shown = |k: u32| {
+        let (y, wanted) = (frame.y(k), cells(k));
+        let columns = raster.cell(left).max(wanted.start)..raster.cell(right).min(wanted.end);
+        Some(columns).filter(|columns| y >= top && y < bottom && !columns.is_empty())
+    };
+    let all = frame.lines().range();
+    let lines = Lines::compute(all.clone(), |k, out| {
+        let segments: Vec<(Range<u32>, FaceId)> = shown(k)
+            .filter(|_| !is_translucent)
+            .map(|columns| (columns, face))
+            .into_iter()
+            .collect();
+        line::envelope(&segments, raster.cells(), &|id| frame.on_line(id, frame.y(k)), out);
+    });
+    let layers = Layers::compute(all, |k, out| {
+        if is_translucent && let Some(columns) = shown(k) {
+            out.push(Segment { start: columns.start, face, end: columns.end });
+        }
+    });
+    frame.clone().with_lines(lines, layers)
+}

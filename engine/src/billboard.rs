@@ -1,0 +1,448 @@
+//! Trees from photographs (\[N]): cut-out pictures on upright cards that turn to whoever looks at them.
+//!
+//! For the picture each card is turned to the eye; for shadows to each light, or to each sample of a sky or an
+//! area source; for reflections along each ray. A card turns about the foot of its subject: the middle of what is
+//! lowest in the picture.
+
+use glam::{DVec2, DVec3, Vec3};
+use std::path::Path;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+use crate::camera::View;
+use crate::color::Color;
+use crate::error::{Error, Result};
+use crate::fragment::{Columns, Fragments, Meeting, Surfaces};
+use crate::image::Image;
+use crate::key::KeyHasher;
+use crate::math;
+use crate::raster::{LinePlan, Rows};
+use crate::scene::{AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides};
+use crate::span::SpanImage;
+use crate::texture::{Footprint, Opened, Source, Wrap, store};
+use crate::trace::{Card, Casters, CastersBuilder, Toward, Turned};
+use crate::visible::{self, Cluster};
+
+/// What is less than this hides nothing: noise of a matte has no size.
+const LEAST_ALPHA: f32 = 0.05;
+
+/// A cut-out picture, and where its subject is.
+#[derive(Debug)]
+pub struct Subject {
+    source: Source,
+    /// Columns over rows.
+    aspect: f64,
+    /// Its least and greatest place in the picture, u to the right and v upwards.
+    low: DVec2,
+    high: DVec2,
+    /// Where it stands, to the right.
+    foot: f64,
+    /// How much it hides, for shadows: the picture, and what is left of it at a half of its size and so on.
+    alphas: Vec<Alphas>,
+}
+
+/// Alphas of a picture, in bytes.
+#[derive(Debug)]
+struct Alphas {
+    width: u32,
+    height: u32,
+    bytes: Vec<u8>,
+}
+
+impl Alphas {
+    fn half(&self) -> Option<Alphas> {
+        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
+        if self.width == width && self.height == height {
+            return None;
+        }
+        let at = |x: u32, y: u32| {
+            u32::from(
+                self.bytes[(y.min(self.height - 1) * self.width + x.min(self.width - 1)) as usize],
+            )
+        };
+        let mean = |at_: u32| {
+            let (x, y) = (at_ % width * 2, at_ / width * 2);
+            ((at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) + 2) / 4) as u8
+        };
+        let bytes = (0..width * height).map(mean).collect();
+        Some(Alphas { width, height, bytes })
+    }
+
+    /// Between its texels; nothing beside it.
+    fn at(&self, place: DVec2) -> f32 {
+        let (x, y) =
+            (place.x * f64::from(self.width) - 0.5, (1.0 - place.y) * f64::from(self.height) - 0.5);
+        let (left, top) = (x.floor(), y.floor());
+        let (u, v) = ((x - left) as f32, (y - top) as f32);
+        let texel = |i: f64, j: f64| {
+            let (x, y) = (left + i, top + j);
+            let inside = x >= 0.0 && y >= 0.0;
+            if !inside || x >= f64::from(self.width) || y >= f64::from(self.height) {
+                return 0.0;
+            }
+            f32::from(self.bytes[y as usize * self.width as usize + x as usize])
+        };
+        let upper = texel(0.0, 0.0) * (1.0 - u) + texel(1.0, 0.0) * u;
+        let lower = texel(0.0, 1.0) * (1.0 - u) + texel(1.0, 1.0) * u;
+        (upper * (1.0 - v) + lower * v) / 255.0
+    }
+}
+
+impl Subject {
+    /// The subject of a picture: all that is not transparent.
+    ///
+    /// # Errors
+    /// If the picture is not whole, or nothing is in it.
+    pub fn new(image: &Arc<Image>) -> Result<Subject> {
+        let (source, _) = Source::of(image)?;
+        let (width, height) = image.size;
+        let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
+        let there: Vec<f32> = image.pixels().map(|[.., a]| a).collect();
+        for (at, alpha) in there.iter().enumerate() {
+            if *alpha > LEAST_ALPHA {
+                let (x, y) = (at as u32 % width, at as u32 / width);
+                low = (low.0.min(x), low.1.min(y));
+                high = (high.0.max(x + 1), high.1.max(y + 1));
+            }
+        }
+        if low.0 == u32::MAX {
+            return Err(Error::invalid("nothing is in the picture: it is transparent everywhere"));
+        }
+        // The middle of the lowest twentieth.
+        let first = high.1 - ((high.1 - low.1) / 20).max(1);
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for y in first..high.1 {
+            for x in 0..width {
+                let alpha = f64::from(there[(y * width + x) as usize]);
+                sum += alpha * (f64::from(x) + 0.5);
+                weight += alpha;
+            }
+        }
+        let (w, h) = (f64::from(width), f64::from(height));
+        let byte = |alpha: &f32| (alpha.clamp(0.0, 1.0) * 255.0).round() as u8;
+        let bytes = there.iter().map(byte).collect();
+        let first = Some(Alphas { width, height, bytes });
+        let alphas = std::iter::successors(first, Alphas::half).collect();
+        Ok(Subject {
+            alphas,
+            source,
+            aspect: w / h,
+            low: DVec2::new(f64::from(low.0) / w, 1.0 - f64::from(high.1) / h),
+            high: DVec2::new(f64::from(high.0) / w, 1.0 - f64::from(low.1) / h),
+            foot: sum / weight / w,
+        })
+    }
+
+    /// Its middle in the picture: where it turns, half way up.
+    fn middle(&self) -> DVec2 {
+        DVec2::new(self.foot, (self.low.y + self.high.y) / 2.0)
+    }
+
+    /// What a way along a card is in the picture.
+    fn step(&self, tree: &Tree, scale: f64, turned: &Turned, way: DVec3) -> DVec2 {
+        let sign = if tree.mirrored { -1.0 } else { 1.0 };
+        let right = way.dot(turned.right) * sign / (scale * self.aspect);
+        DVec2::new(right, way.dot(turned.up) / scale)
+    }
+
+    /// Metres to the height of the picture, if the subject is so high.
+    fn scale(&self, height: f64) -> f64 {
+        height / (self.high.y - self.low.y)
+    }
+}
+
+/// A subject, placed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tree {
+    /// The number of its picture.
+    pub picture: u32,
+    /// Where it stands, in metres.
+    pub foot: DVec3,
+    /// How high it is, in metres, above 0.
+    pub height: f64,
+    /// Whether right and left are exchanged.
+    pub mirrored: bool,
+}
+
+/// How trees are shown.
+#[derive(Clone, Debug)]
+pub struct Stand {
+    /// What they are called.
+    pub label: String,
+    /// What the photographs' colours are multiplied by.
+    pub color: Color,
+    /// Whether lights light them; else they show the photograph as it is.
+    pub lit: bool,
+}
+
+#[derive(Debug)]
+struct Billboards {
+    subjects: Vec<Subject>,
+    trees: Vec<Tree>,
+    cards: Vec<Card>,
+    stand: Stand,
+    casters: OnceLock<Casters>,
+    fault: Mutex<Option<Error>>,
+}
+
+/// The image of trees as a view shows them.
+///
+/// # Errors
+/// If a tree has no picture, or a number is not finite.
+pub fn image(
+    subjects: Vec<Subject>,
+    trees: Vec<Tree>,
+    stand: Stand,
+    view: &View,
+    plan: LinePlan,
+    rows: Rows,
+) -> Result<SpanImage> {
+    let mut key = KeyHasher::new("billboards");
+    subjects.iter().for_each(|subject| {
+        key.key(subject.source.key);
+    });
+    key.value(&(stand.color, stand.lit));
+    let mut cards = Vec::with_capacity(trees.len());
+    for (number, tree) in trees.iter().enumerate() {
+        let Some(subject) = subjects.get(tree.picture as usize) else {
+            return Err(Error::invalid(format!(
+                "tree {number} has picture {}, and there are {}",
+                tree.picture,
+                subjects.len()
+            )));
+        };
+        let is_sound = tree.foot.is_finite() && tree.height.is_finite() && tree.height > 0.0;
+        if !is_sound {
+            let (foot, height) = (tree.foot, tree.height);
+            return Err(Error::invalid(format!(
+                "tree {number} stands at {foot} and is {height} m high: must be finite, and above 0"
+            )));
+        }
+        let scale = subject.scale(tree.height);
+        let side = (subject.foot - subject.low.x).max(subject.high.x - subject.foot);
+        let half_width = (side * subject.aspect * scale).max(tree.height * 1e-6);
+        cards.push(Card { foot: tree.foot, half_width, height: tree.height });
+        key.value(&(tree.picture, tree.foot.to_array(), tree.height, tree.mirrored));
+    }
+    let key = key.finish();
+    let scene = Scene::new(&document(&cards, eye(view))?, None, &stand.label, key, Path::new(""))?;
+    let (casters, fault) = (OnceLock::new(), Mutex::default());
+    let surfaces = Arc::new(Billboards { subjects, trees, cards, stand, casters, fault });
+    let cluster = Cluster { scene: Arc::new(scene), priority: 0, surfaces: Some(surfaces) };
+    visible::render(&[cluster], view, plan, rows)
+}
+
+/// To what cards turn for a picture.
+fn eye(view: &View) -> Toward {
+    match view.is_parallel() {
+        true => Toward::Direction(view.world_direction(DVec3::Z)),
+        false => Toward::Point(view.camera().position),
+    }
+}
+
+/// The cards as faces that let through what lies behind them.
+fn document(cards: &[Card], toward: Toward) -> Result<Document> {
+    let mut mesh = Mesh::default();
+    for card in cards {
+        let outline = card.corners(toward).into_iter().map(|p| mesh.add_point(p)).collect();
+        let sides = Sides { front: Some(0), ..Sides::default() };
+        mesh.add_face(Face { outline, sides, ..Face::default() })?;
+    }
+    mesh.materials.push("card".to_owned());
+    let root = Object::new("cards", Shape::Faces(mesh));
+    let mut document = Document::with_plan(Plan { root, ..Plan::default() });
+    let card = Material { alpha: 0.5, alpha_mode: AlphaMode::Blend, ..Material::default() };
+    document.materials.insert("card".to_owned(), card);
+    Ok(document)
+}
+
+impl Billboards {
+    fn keep(&self, error: Error) {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    /// How the card of a fragment is turned there, and its normal towards who sees it.
+    fn turned(&self, fragments: &Fragments<'_>, i: usize) -> (Turned, DVec3) {
+        let toward = match &fragments.sight {
+            Some(sight) => Toward::Direction(sight.from[i] - fragments.position[i]),
+            None => eye(fragments.view),
+        };
+        let turned = self.cards[fragments.ordinal[i] as usize].turned(toward);
+        (turned, turned.right.cross(turned.up))
+    }
+
+    /// What a fragment covers of its picture.
+    fn footprint(&self, fragments: &Fragments<'_>, i: usize) -> Footprint {
+        let number = fragments.ordinal[i] as usize;
+        let (tree, card) = (&self.trees[number], &self.cards[number]);
+        let subject = &self.subjects[tree.picture as usize];
+        let (turned, normal) = self.turned(fragments, i);
+        let position = fragments.position.get(i).copied();
+        let place =
+            || fragments.view.world_point(fragments.x[i], fragments.y[i], fragments.depth[i]);
+        let position = position.unwrap_or_else(place);
+        let scale = subject.scale(card.height);
+        let of = |way: DVec3| subject.step(tree, scale, &turned, way);
+        let [right, down] = fragments.footprint(i, position, normal).map(of);
+        Footprint { at: subject.middle() + of(position - turned.middle), right, down }
+    }
+}
+
+impl Surfaces for Billboards {
+    fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>) {
+        let mut opened: Vec<Option<Opened<'_>>> = Vec::new();
+        opened.resize_with(self.subjects.len(), || None);
+        for i in 0..fragments.len() {
+            if wanted.contains(Columns::COLOR) {
+                let picture = self.trees[fragments.ordinal[i] as usize].picture as usize;
+                if opened[picture].is_none() {
+                    let found = store().open(&self.subjects[picture].source);
+                    opened[picture] = found.map_err(|error| self.keep(error)).ok();
+                }
+                let seen = opened[picture].as_ref().map(|picture| {
+                    let footprint = self.footprint(fragments, i);
+                    footprint.see(picture, fragments.textures, [Wrap::Nothing; 2])
+                });
+                let [r, g, b, a, _] = seen.and_then(Result::ok).unwrap_or([0.0; 5]);
+                let straight = if a > 0.0 { 1.0 / a } else { 0.0 };
+                fragments.color.push(Color::new(r, g, b) * straight * self.stand.color);
+                fragments.alpha.push(a.clamp(0.0, 1.0));
+                fragments.unlit.push(!self.stand.lit);
+            }
+            if wanted.meets(Columns::NORMAL | Columns::FACING) {
+                let (_, facing) = self.turned(fragments, i);
+                if wanted.contains(Columns::FACING) {
+                    fragments.facing.push(facing);
+                }
+                if wanted.contains(Columns::NORMAL) {
+                    // Leaves lie all ways: what is seen of them is open to the sky as well.
+                    fragments.normal.push((facing + DVec3::Y).normalize_or(facing).as_vec3());
+                }
+            }
+        }
+        debug_assert!(fragments.normal.iter().all(|n: &Vec3| n.is_finite()));
+    }
+
+    fn varying(&self, _: u32) -> Columns {
+        Columns::COLOR
+    }
+
+    fn casters(&self) -> Option<&Casters> {
+        let make = || {
+            let mut builder = CastersBuilder::default();
+            for (number, card) in self.cards.iter().enumerate() {
+                builder.card(number as u32, *card);
+            }
+            builder.finish()
+        };
+        Some(self.casters.get_or_init(make))
+    }
+
+    fn casts(&self) -> bool {
+        true
+    }
+
+    fn alpha_at(&self, _: &View, met: &Meeting) -> f32 {
+        let number = met.ordinal as usize;
+        let (tree, card) = (&self.trees[number], &self.cards[number]);
+        let subject = &self.subjects[tree.picture as usize];
+        let turned = card.turned(Toward::Direction(met.from - met.position));
+        let scale = subject.scale(card.height);
+        let place =
+            subject.middle() + subject.step(tree, scale, &turned, met.position - turned.middle);
+        // The level whose texels are as wide as what the way stands for.
+        let first = &subject.alphas[0];
+        let texels = f64::from(met.width) / scale * f64::from(first.height);
+        let level = if texels > 1.0 { math::log2(texels).round() as usize } else { 0 };
+        subject.alphas[level.min(subject.alphas.len() - 1)].at(place)
+    }
+
+    fn object(&self, ordinal: u32) -> String {
+        format!("{}/{ordinal}", self.trees[ordinal as usize].picture)
+    }
+
+    fn fault(&self) -> Option<Error> {
+        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+/// Trees on a polygon on the ground, by chance, always the same for a seed: so many, or as many as find room so
+/// far apart.
+///
+/// # Errors
+/// If the polygon has no area, or a number is out of range.
+pub fn scatter(
+    corners: &[DVec3],
+    count: u32,
+    apart: f64,
+    seed: u64,
+    mut plant: impl FnMut(DVec3, &mut Chance),
+) -> Result<u32> {
+    let finite = corners.iter().all(|p| p.is_finite()) && apart.is_finite() && apart >= 0.0;
+    if corners.len() < 3 || !finite {
+        return Err(Error::invalid("an area has three finite corners or more"));
+    }
+    let low = corners.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+    let high = corners.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+    let size = high - low;
+    if size.x <= 0.0 || size.z <= 0.0 {
+        return Err(Error::invalid("an area has no width or no depth"));
+    }
+    let inside = |x: f64, z: f64| {
+        let mut inside = false;
+        let mut last = corners[corners.len() - 1];
+        for corner in corners {
+            let crosses = (corner.z > z) != (last.z > z);
+            if crosses && x < corner.x + (z - corner.z) * (last.x - corner.x) / (last.z - corner.z)
+            {
+                inside = !inside;
+            }
+            last = *corner;
+        }
+        inside
+    };
+    let mut chance = Chance::new(seed);
+    let cell = |v: f64| (v / apart.max(1e-9)).floor() as i64;
+    let mut known: std::collections::HashMap<(i64, i64), Vec<DVec2>> = Default::default();
+    let mut planted = 0;
+    let mut tries = 0u64;
+    while planted < count && tries < 30 * u64::from(count) + 1000 {
+        tries += 1;
+        let (x, z) = (low.x + size.x * chance.unit(), low.z + size.z * chance.unit());
+        if !inside(x, z) {
+            continue;
+        }
+        let at = DVec2::new(x, z);
+        let (i, j) = (cell(x), cell(z));
+        if apart > 0.0 {
+            let around = (i - 1..=i + 1).flat_map(|i| (j - 1..=j + 1).map(move |j| (i, j)));
+            let mut others = around.filter_map(|place| known.get(&place)).flatten();
+            if others.any(|other| other.distance(at) < apart) {
+                continue;
+            }
+            known.entry((i, j)).or_default().push(at);
+        }
+        planted += 1;
+        plant(DVec3::new(x, low.y, z), &mut chance);
+    }
+    Ok(planted)
+}
+
+/// Numbers by chance, always the same for a seed.
+#[derive(Clone, Debug)]
+pub struct Chance(u64);
+
+impl Chance {
+    /// The numbers of a seed.
+    pub fn new(seed: u64) -> Chance {
+        Chance(seed)
+    }
+
+    /// The next number, in [0, 1) (SplitMix64).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+}

@@ -1,0 +1,50 @@
+use rayon::prelude::*;
+
+use super::with_pixels;
+use crate::error::Result;
+use crate::image::Image;
+use crate::math;
+
+/// A picture spread by a Gaussian of a standard deviation in pixels, 0 or more. At its border it goes on as it
+/// ends.
+///
+/// # Errors
+/// None.
+pub fn blur(image: &Image, deviation: f64) -> Result<Image> {
+    let reach = (3.0 * deviation).ceil().min(1e4) as i64;
+    if reach < 1 {
+        return Ok(image.clone());
+    }
+    let weight = |k: i64| {
+        let x = k as f64 / deviation;
+        math::expf((-0.5 * x * x) as f32)
+    };
+    let mut weights: Vec<f32> = (-reach..=reach).map(weight).collect();
+    let sum: f32 = weights.iter().sum();
+    weights.iter_mut().for_each(|weight| *weight /= sum);
+    let (width, height) = (image.window.width as usize, image.window.height as usize);
+    let pixels: Vec<[f32; 4]> = image.pixels().collect();
+    let along = |count: usize, from: &(dyn Fn(usize) -> [f32; 4] + Sync), at: usize| {
+        let mut sum = [0.0f32; 4];
+        for (weight, k) in weights.iter().zip(-reach..) {
+            let place = (at as i64 + k).clamp(0, count as i64 - 1) as usize;
+            sum.iter_mut().zip(from(place)).for_each(|(sum, v)| *sum += v * weight);
+        }
+        sum
+    };
+    let rows: Vec<[f32; 4]> = (0..width * height)
+        .into_par_iter()
+        .map(|at| {
+            let (x, y) = (at % width, at / width);
+            along(width, &|x| pixels[y * width + x], x)
+        })
+        .collect();
+    let both: Vec<[f32; 4]> = (0..width * height)
+        .into_par_iter()
+        .map(|at| {
+            let (x, y) = (at % width, at / width);
+            along(height, &|y| rows[y * width + x], y)
+        })
+        .collect();
+    with_pixels(image, both.into_iter())
+}

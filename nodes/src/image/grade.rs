@@ -1,0 +1,62 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::color::Color;
+use spandrel_engine::graph::node::FieldError;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::image::Image;
+use spandrel_engine::picture;
+use spandrel_engine::values::Picture;
+
+/// Changes the colours of a picture, in this order: times 2 ^ `exposure` and `multiply`, plus `add`, to the power
+/// 1 / `gamma`, towards grey or away from it by `saturation`. Before anything is resolved `Recolor` and `Stream`
+/// do this object by object.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Grade {
+    /// The picture.
+    pub image: Link<Image>,
+    /// Stops: 1 makes it twice as bright.
+    pub exposure: f32,
+    /// Factor of each component.
+    pub multiply: Color,
+    /// What is added to each component.
+    pub add: Color,
+    /// Above 1, what is darker than 1 becomes brighter.
+    pub gamma: Color,
+    /// 0 makes grey, 1 changes nothing.
+    pub saturation: f32,
+}
+
+impl Default for Grade {
+    fn default() -> Grade {
+        let (multiply, add, gamma) = (Color::WHITE, Color::BLACK, Color::WHITE);
+        Grade { image: Link::default(), exposure: 0.0, multiply, add, gamma, saturation: 1.0 }
+    }
+}
+
+impl Node for Grade {
+    type Output = Image;
+    const KIND: &'static str = "Grade";
+    const GROUP: &'static str = "image";
+    const ALIASES: &'static [&'static str] =
+        &["ColorCorrect", "Exposure", "Gamma", "Saturation", "CDL"];
+
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        if self.gamma.to_array().iter().any(|v| v.is_nan() || *v <= 0.0) {
+            return Err(FieldError::new("gamma", "must be above 0"));
+        }
+        Ok(())
+    }
+
+    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.image, wanted.clone());
+        Ok(())
+    }
+
+    fn evaluate(&self, _: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+        let Grade { exposure, multiply, add, gamma, saturation, .. } = *self;
+        picture::Grade { exposure, multiply, add, gamma, saturation }
+            .apply(&inputs.get(&self.image))
+    }
+}

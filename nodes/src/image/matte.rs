@@ -1,0 +1,111 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::color::Color;
+use spandrel_engine::graph::node::FieldError;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::image::Image;
+use spandrel_engine::image::Samples;
+use spandrel_engine::picture::{self, Key, Operator};
+use spandrel_engine::values::Picture;
+
+/// Cuts a subject out of a photograph: a tree out of its sky. Keys say what is surely subject and surely
+/// background; pixels between get an alpha, and the background's colour is taken out of them.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Matte {
+    /// The photograph.
+    pub image: Link<Image>,
+    /// What tells the background: `Brighter(0.6, 0.8)`, `Darker(0.3, 0.1)`, `Bluer(0.05, 0.15)`,
+    /// `Hue(210, 40, 0.2)` (degrees, within, how much colour), `Clean(0.1, 0.03)`. Each says where the subject
+    /// ends and where the background begins, of colours as a display codes them; all must agree.
+    pub keys: Vec<Key>,
+    /// The same view without the subject.
+    pub clean: Option<Link<Image>>,
+    /// A polygon around the subject, in shares of width and height from the top left: outside is background.
+    pub garbage: Vec<(f64, f64)>,
+    /// A polygon inside of it: inside is subject.
+    pub keep: Vec<(f64, f64)>,
+    /// How wide soft edges reach into the background, as a share of the height.
+    #[schemars(range(min = 0.0, max = 0.1))]
+    pub edge: f64,
+    /// How much of the background's colour is taken out of soft edges.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub decontaminate: f32,
+    /// Given, the subject is shown over this colour, to look at it.
+    pub preview: Option<Color>,
+}
+
+impl Default for Matte {
+    fn default() -> Matte {
+        Matte {
+            image: Link::default(),
+            keys: vec![Key::Brighter(0.55, 0.75)],
+            clean: None,
+            garbage: Vec::new(),
+            keep: Vec::new(),
+            edge: 0.003,
+            decontaminate: 1.0,
+            preview: None,
+        }
+    }
+}
+
+impl Node for Matte {
+    type Output = Image;
+    const KIND: &'static str = "Matte";
+    const GROUP: &'static str = "image";
+    const ALIASES: &'static [&'static str] =
+        &["Keyer", "Primatte", "Keylight", "ChromaKey", "LumaKey", "CutOut", "Difference"];
+
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        let keys = self.keys.iter().try_for_each(|key| key.check());
+        keys.map_err(|what| FieldError::new("keys", what))?;
+        if self.keys.is_empty() && self.garbage.is_empty() {
+            return Err(FieldError::new("keys", "give at least one key, or a garbage polygon"));
+        }
+        if !(0.0..=0.1).contains(&self.edge) {
+            return Err(FieldError::new("edge", "must be 0 to 0.1, as a share of the height"));
+        }
+        if self.clean.is_none() && self.keys.iter().any(|key| matches!(key, Key::Clean(..))) {
+            return Err(FieldError::new("clean", "a Clean key needs the view without the subject"));
+        }
+        for (field, polygon) in [("garbage", &self.garbage), ("keep", &self.keep)] {
+            let finite = polygon.iter().all(|(x, y)| x.is_finite() && y.is_finite());
+            if !finite || (1..3).contains(&polygon.len()) {
+                return Err(FieldError::new(field, "a polygon has three corners or more"));
+            }
+        }
+        Ok(())
+    }
+
+    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.image, wanted.whole());
+        self.clean.iter().for_each(|clean| upstream.ask(clean, wanted.whole()));
+        Ok(())
+    }
+
+    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+        let image = inputs.get(&self.image);
+        let clean = self.clean.as_ref().map(|clean| inputs.get(clean));
+        let Matte { keys, garbage, keep, edge, decontaminate, .. } = self;
+        let matte = picture::Matte {
+            keys: keys.clone(),
+            garbage: garbage.clone(),
+            keep: keep.clone(),
+            edge: *edge,
+            decontaminate: *decontaminate,
+        };
+        let pulled = matte.pull(&image, clean.as_deref())?;
+        if pulled.shares[0] == 0.0 || pulled.shares[1] == 0.0 {
+            let what = if pulled.shares[0] == 0.0 { "background" } else { "subject" };
+            inputs.warn(&format!("no pixel is surely {what}: the keys' numbers do not fit"));
+        }
+        let Some(color) = self.preview else { return Ok(wanted.part(pulled.subject)) };
+        let mut ground = Image::new(image.size, image.window);
+        for (name, value) in [("R", color.r), ("G", color.g), ("B", color.b), ("A", 1.0)] {
+            ground.insert(name, Samples::Float(vec![value; image.window.area()]))?;
+        }
+        Ok(wanted.part(picture::composite(&pulled.subject, &ground, Operator::Over)?))
+    }
+}

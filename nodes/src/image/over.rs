@@ -1,0 +1,38 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::image::Image;
+use spandrel_engine::picture::{self, Operator};
+use spandrel_engine::values::Picture;
+
+/// Puts one picture before another by their alphas: a cut-out photograph over a finished picture. The other
+/// channels are those of the back.
+#[derive(Serialize, Deserialize, JsonSchema, Default)]
+#[serde(deny_unknown_fields, default)]
+pub struct Over {
+    /// The picture in front.
+    pub front: Link<Image>,
+    /// The picture behind it, of the same size.
+    pub back: Link<Image>,
+    /// `Over`; `In`, the front where the back is; `Out`, where it is not; `Atop`, the front where the back is
+    /// and the back beside it; `Xor`, each where the other is not; `Plus`, the sum (Porter and Duff).
+    pub operator: Operator,
+}
+
+impl Node for Over {
+    type Output = Image;
+    const KIND: &'static str = "Over";
+    const GROUP: &'static str = "image";
+    const ALIASES: &'static [&'static str] = &["Merge", "AlphaOver", "Composite", "Atop", "Plus"];
+
+    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.front, wanted.clone());
+        upstream.ask(&self.back, wanted.clone());
+        Ok(())
+    }
+
+    fn evaluate(&self, _: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+        picture::composite(&inputs.get(&self.front), &inputs.get(&self.back), self.operator)
+    }
+}

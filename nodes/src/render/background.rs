@@ -1,0 +1,125 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::backdrop::{self, By, Photograph, Show, Stand};
+use spandrel_engine::camera::{Camera, View};
+use spandrel_engine::color::Color;
+use spandrel_engine::graph::node::FieldError;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::image::Image;
+use spandrel_engine::key::KeyHasher;
+use spandrel_engine::resolve::Channel;
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::values::{Lamps, Lines, Override, Picture};
+use std::collections::BTreeSet;
+
+/// What stands behind a scene: a colour, a gradient over the horizon, a sky or a picture, over the whole view,
+/// as spans. `DepthMerge` puts the scene in front of it, exactly at every edge; `Stream` draws clouds on it;
+/// `Trace` shows it where rays meet nothing, if it is in the image or `beside`. Merge it after `Fog`, or fog
+/// covers it. With a `distance` it stands there: a photographed foreground, cut out by its alpha.
+///
+/// Lights leave it alone. It casts no shadows.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Background {
+    /// The camera.
+    pub camera: Link<Camera>,
+    /// One colour. What else is given is multiplied by it.
+    pub color: Color,
+    /// Colours by degrees above the horizon, from below upwards, such as `[(0, "#e8d8c0"), (90, "#4070b0")]`.
+    pub gradient: Vec<(f64, Color)>,
+    /// A SkyLight, as bright as it lights the scene.
+    pub sky: Option<Link<Lamps>>,
+    /// With `sky`, the illuminance in lux under which a white surface shows 1.
+    #[schemars(range(min = 1e-9, max = 1e9))]
+    pub white: f32,
+    /// A picture.
+    pub picture: Option<Link<Image>>,
+    /// How the picture lies: `Fill`, it fills the view, and what does not fit is cut off; `Whole`, all of it is
+    /// seen, and nothing beside it; `Stretch`; `Direction`, a panorama around everything, twice as wide as high,
+    /// its middle towards -z. Mirrors show the mean of one that does not lie by direction.
+    pub by: By,
+    /// By how many degrees a panorama is turned clockwise, seen from above.
+    pub turn: f64,
+    /// Its distance along the view axis in metres. Absent, a thousand million: behind everything.
+    pub distance: Option<f64>,
+    /// What it is called, for `object(..)` in programs.
+    pub name: String,
+}
+
+impl Default for Background {
+    fn default() -> Background {
+        Background {
+            camera: Link::default(),
+            color: Color::WHITE,
+            gradient: Vec::new(),
+            sky: None,
+            white: 1.0,
+            picture: None,
+            by: By::Fill,
+            turn: 0.0,
+            distance: None,
+            name: "background".to_owned(),
+        }
+    }
+}
+
+impl Node for Background {
+    type Output = SpanImage;
+    const KIND: &'static str = "Background";
+    const GROUP: &'static str = "render";
+    const ALIASES: &'static [&'static str] =
+        &["Plate", "Backdrop", "Sky", "Constant", "Ramp", "Environment", "ForegroundPlate"];
+
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        let given = [!self.gradient.is_empty(), self.sky.is_some(), self.picture.is_some()];
+        if given.into_iter().filter(|is| *is).count() > 1 {
+            return Err(FieldError::new("picture", "give a gradient, a sky or a picture, not two"));
+        }
+        let rises = |pair: &[(f64, Color)]| pair[0].0 < pair[1].0;
+        let angles = self.gradient.iter().all(|(angle, _)| (-90.0..=90.0).contains(angle));
+        if !angles || !self.gradient.windows(2).all(rises) {
+            let what = "degrees above the horizon, -90 to 90, each greater than the last";
+            return Err(FieldError::new("gradient", what));
+        }
+        if !self.turn.is_finite() {
+            return Err(FieldError::new("turn", "must be finite"));
+        }
+        if self.distance.is_some_and(|distance| !distance.is_finite()) {
+            return Err(FieldError::new("distance", "must be finite"));
+        }
+        Ok(())
+    }
+
+    fn demand(&self, _: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+        upstream.ask(&self.camera, ());
+        self.sky.iter().for_each(|sky| upstream.ask(sky, ()));
+        let channels = BTreeSet::from([Channel::Color]);
+        let whole = Picture { channels, changed: Override::default() };
+        self.picture.iter().for_each(|picture| upstream.ask(picture, whole.clone()));
+        Ok(())
+    }
+
+    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let view = View::new(&inputs.get(&self.camera), wanted.raster)?;
+        let mut key = KeyHasher::new("background");
+        key.value(&(self.color, &self.gradient, self.white, self.by, self.turn, self.distance));
+        let show = match (&self.sky, &self.picture) {
+            (Some(link), _) => {
+                let lamp = inputs.get(link).sky(link.target())?;
+                key.key(lamp.key()).value(&lamp.strength);
+                Show::Sky(lamp, self.white)
+            }
+            (None, Some(link)) => {
+                let picture = Photograph::new(&inputs.get(link), self.by, self.turn)?;
+                key.key(picture.key());
+                Show::Picture(picture)
+            }
+            (None, None) if self.gradient.is_empty() => Show::Gradient(vec![(0.0, Color::WHITE)]),
+            (None, None) => Show::Gradient(self.gradient.clone()),
+        };
+        let (label, strength, distance) = (self.name.clone(), self.color, self.distance);
+        let stand = Stand { label, key: key.finish(), strength, distance };
+        backdrop::image(show, stand, &view, wanted.plan, wanted.rows.clone())
+    }
+}
