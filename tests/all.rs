@@ -4,6 +4,7 @@ mod algebra;
 mod billboards;
 mod cli;
 mod deep;
+mod domains;
 mod extremes;
 mod filters;
 mod fog;

@@ -78,7 +78,38 @@ fn brick(u: f32, v: f32) -> (f32, i64, i64) {
     (edge + 0.03 * (layers(u * 24.0, v * 24.0, 24, 3) - 0.5), i, j)
 }
 
+/// Granite as if photographed: grains of quartz, feldspar and mica, repeating after 1, with dust on it.
+fn granite(u: f32, v: f32) -> [f32; 3] {
+    let (x, y) = (
+        u * 18.0 + 0.6 * layers(u * 9.0, v * 9.0, 9, 31),
+        v * 18.0 + 0.6 * layers(u * 9.0, v * 9.0, 9, 32),
+    );
+    let mut nearest = (f32::INFINITY, 0.0);
+    for j in -1..=1 {
+        for i in -1..=1 {
+            let (cx, cy) = (x.floor() as i64 + i, y.floor() as i64 + j);
+            let (kx, ky) = (cx.rem_euclid(18), cy.rem_euclid(18));
+            let at = (cx as f32 + chance(kx, ky, 33), cy as f32 + chance(kx, ky, 34));
+            let off = (x - at.0).hypot(y - at.1);
+            if off < nearest.0 {
+                nearest = (off, chance(kx, ky, 35));
+            }
+        }
+    }
+    let dust = 0.05 * (layers(u * 60.0, v * 60.0, 60, 36) - 0.5);
+    let of = match nearest.1 {
+        kind if kind < 0.2 => [0.13, 0.12, 0.13],
+        kind if kind < 0.62 => [0.66, 0.47, 0.41],
+        _ => [0.86, 0.85, 0.83],
+    };
+    of.map(|v| v + dust)
+}
+
 fn main() {
+    paint("granite_photo.png", 256, 256, |u, v| {
+        let [r, g, b] = granite(u, v);
+        [r, g, b, 1.0]
+    });
     paint("bricks.png", 256, 256, |u, v| {
         let (edge, i, j) = brick(u, v);
         let own = mix([0.56, 0.27, 0.2], [0.72, 0.42, 0.3], chance(i, j, 1));

@@ -80,6 +80,9 @@ pub struct Fragments<'v> {
     pub uv: Vec<Uv>,
     /// The names of objects, with their source's before them ([`Columns::NAMES`]).
     pub names: Vec<Arc<str>>,
+    /// The bundle of each, where its face is divided into domains; empty if none is. See
+    /// [`Surfaces::divide`].
+    pub bundle: Vec<Option<u32>>,
     /// The name of their source.
     pub label: String,
     /// From where they are seen, if not by the camera.
@@ -209,6 +212,7 @@ impl<'v> Fragments<'v> {
             local: Vec::new(),
             uv: Vec::new(),
             names: Vec::new(),
+            bundle: Vec::new(),
             label: String::new(),
             sight: None,
             pixel: DVec2::ONE,
@@ -323,6 +327,65 @@ impl<'v> Fragments<'v> {
         steps.map(|step| step - along * (normal.dot(step) / across))
     }
 
+    /// A batch of parts of these, before any column is filled but positions.
+    pub(crate) fn parts(&self, parts: &[(usize, Option<u32>, f32)]) -> Fragments<'v> {
+        fn of<T: Clone>(column: &[T], parts: &[(usize, Option<u32>, f32)]) -> Vec<T> {
+            if column.is_empty() {
+                return Vec::new();
+            }
+            parts.iter().map(|(at, ..)| column[*at].clone()).collect()
+        }
+        let sight = self.sight.as_ref().map(|sight| Sight {
+            from: of(&sight.from, parts),
+            turns: sight.turns,
+            weight: of(&sight.weight, parts),
+            before: of(&sight.before, parts),
+            width: of(&sight.width, parts),
+        });
+        Fragments {
+            ordinal: of(&self.ordinal, parts),
+            sees_front: of(&self.sees_front, parts),
+            x: of(&self.x, parts),
+            y: of(&self.y, parts),
+            depth: of(&self.depth, parts),
+            position: of(&self.position, parts),
+            bundle: parts.iter().map(|(_, bundle, _)| *bundle).collect(),
+            layers: self.layers.as_ref().map(|_| Layers::default()),
+            label: self.label.clone(),
+            sight,
+            pixel: self.pixel,
+            textures: self.textures,
+            ..Fragments::new(self.view)
+        }
+    }
+
+    /// Takes colour, alpha and layers of parts, each by its share.
+    pub(crate) fn unite(&mut self, of: &Fragments<'_>, parts: &[(usize, Option<u32>, f32)]) {
+        let count = self.len();
+        let mut alpha = vec![0.0f32; count];
+        for (part, (at, _, share)) in parts.iter().enumerate() {
+            alpha[*at] += of.alpha[part] * share;
+        }
+        let sums = |colors: &[Color]| {
+            let mut sums = vec![Color::BLACK; count];
+            for (part, (at, _, share)) in parts.iter().enumerate() {
+                if alpha[*at] > 0.0 {
+                    let weight = of.alpha[part] * share / alpha[*at];
+                    sums[*at] = sums[*at] + colors[part] * weight;
+                }
+            }
+            sums
+        };
+        self.color = sums(&of.color);
+        if let (Some(own), Some(layers)) = (&mut self.layers, &of.layers) {
+            own.clear();
+            for (name, colors) in layers.iter() {
+                own.layer(name, count).copy_from_slice(&sums(colors));
+            }
+        }
+        self.alpha = alpha;
+    }
+
     /// Takes the fragments to other points, given as x, y and depth; positions follow.
     pub(crate) fn go_to(&mut self, [x, y, depth]: [Vec<f64>; 3]) {
         (self.x, self.y, self.depth) = (x, y, depth);
@@ -378,6 +441,13 @@ pub trait Surfaces: Any + Send + Sync + Debug {
     /// Fills the columns `wanted` (of colour, normal, facing and finish) of a batch of this source's
     /// fragments. Facing and finish may be left empty.
     fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>);
+
+    /// Where fragments lie on faces that are divided into domains (\[D], "Attribute mapping"): all of them as
+    /// parts, each with its fragment's place, what it looks like if its face is divided, and its share of the
+    /// fragment. Empty if no face is.
+    fn divide(&self, _fragments: &Fragments<'_>) -> Vec<(usize, Option<u32>, f32)> {
+        Vec::new()
+    }
 
     /// The columns that differ from place to place on a face. Position and depth always do and need
     /// not be named; an unsmoothed face of one colour has none.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 use super::world::World;
-use super::{Around, Batch, Columns, Fragments, Shader, Surfaces};
+use super::{Around, Batch, Casting, Columns, Fragments, Kept, Piece, Shader, Surfaces};
 use crate::camera::Plane;
 use crate::key::{Key, KeyHasher};
 
@@ -166,6 +166,68 @@ pub fn fill_at_start(
     wanted: Columns,
     fragments: &mut Fragments<'_>,
 ) -> Vec<[Vec<f64>; 3]> {
+    let places = undo(stack, fragments);
+    fragments.fill(wanted, surfaces);
+    places
+}
+
+/// Fills and shades fragments where they were rendered: surfaces first, then the stack. What a pixel covers of
+/// several attribute domains is shaded domain by domain, and blended by area.
+pub fn shade(
+    stack: &[Stage],
+    surfaces: &dyn Surfaces,
+    batch: &dyn Batch,
+    fragments: &mut Fragments<'_>,
+) {
+    let places = undo(stack, fragments);
+    let parts = surfaces.divide(fragments);
+    if parts.is_empty() {
+        fragments.fill(reads(stack), surfaces);
+        run(stack, places, batch, fragments);
+        return;
+    }
+    let widen = |column: &Vec<f64>| parts.iter().map(|(at, ..)| column[*at]).collect();
+    let wide_places = places.iter().map(|place| place.each_ref().map(widen)).collect();
+    let mut wide = fragments.parts(&parts);
+    wide.fill(reads(stack), surfaces);
+    run(stack, wide_places, &Divided { outer: batch, parts: &parts }, &mut wide);
+    fragments.unite(&wide, &parts);
+    if let Some(last) = places.into_iter().next() {
+        fragments.go_to(last);
+    }
+}
+
+/// Parts of fragments.
+struct Divided<'a> {
+    outer: &'a dyn Batch,
+    parts: &'a [(usize, Option<u32>, f32)],
+}
+
+impl Batch for Divided<'_> {
+    fn kept(&self, key: Key) -> Option<Kept> {
+        self.outer.kept(key)
+    }
+
+    fn keep(&self, key: Key, value: Kept, bytes: usize) {
+        self.outer.keep(key, value, bytes);
+    }
+
+    fn lit(&self, casting: &Casting<'_>) -> Option<Vec<f32>> {
+        let lit = self.outer.lit(casting)?;
+        Some(self.parts.iter().map(|(at, ..)| lit[*at]).collect())
+    }
+
+    fn count(&self, what: &'static str, number: u64) {
+        self.outer.count(what, number);
+    }
+
+    fn pieces(&self, fragment: usize) -> Vec<Piece> {
+        self.outer.pieces(self.parts[fragment].0)
+    }
+}
+
+/// Takes fragments to where they were rendered. Returns where they were after every move, the last first.
+fn undo(stack: &[Stage], fragments: &mut Fragments<'_>) -> Vec<[Vec<f64>; 3]> {
     let mut places = Vec::new();
     for stage in stack.iter().rev() {
         if let Stage::Place(placement) = stage {
@@ -173,12 +235,11 @@ pub fn fill_at_start(
             placement.undo(fragments);
         }
     }
-    fragments.fill(wanted, surfaces);
     places
 }
 
 /// Runs a stack over fragments whose columns are filled, and takes them to `places`, the last first.
-pub fn run(
+fn run(
     stack: &[Stage],
     mut places: Vec<[Vec<f64>; 3]>,
     batch: &dyn Batch,

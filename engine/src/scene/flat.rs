@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::document::{Display, Document, Object, Plan};
+use super::domains::Define;
 use super::geometry::{Faults, Geometry, Part};
 use super::maps;
-use super::material::{Material, Picture};
+use super::material::{AlphaMode, Material, Picture};
 use super::read::{self, ReadOptions, Reading};
 use super::shape::Shape;
 use crate::camera::Camera;
@@ -396,6 +397,27 @@ impl Flattening {
             maps::check(what, map).map_err(in_map)?;
             if let Picture::File(path) | Picture::Embedded(path, _) = &mut map.picture {
                 *path = file.directory.join(&path).to_string_lossy().into_owned();
+            }
+        }
+        if let Some(domains) = &mut material.domains {
+            let in_domains = |e: Error| in_material(Error::invalid(format!("domains: {e}")));
+            domains.check().map_err(in_domains)?;
+            if let Define::Picture(path) = &mut domains.define {
+                *path = file.directory.join(&path).to_string_lossy().into_owned();
+            }
+            for (index, bundle) in &domains.table {
+                let known = file.document.materials.get(bundle);
+                let wrong = known.and_then(|known| match known {
+                    known if known.domains.is_some() => Some("has domains itself"),
+                    known if known.alpha_mode != AlphaMode::Opaque => Some("is not opaque"),
+                    _ => None,
+                });
+                if let Some(what) = wrong {
+                    let message = format!("the bundle of {index}, \"{bundle}\", {what}");
+                    return Err(in_domains(Error::invalid(message)));
+                }
+                let number = self.material(file, bundle).map_err(in_domains)?;
+                domains.numbers.insert(*index, number);
             }
         }
         let number = self.materials.len() as u32;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+use super::domains::Domains;
 use crate::color::Color;
 use crate::fragment::Finish;
 use crate::scene::is_default;
@@ -47,6 +48,10 @@ pub struct Material {
     /// | `reflect`, `refract` | a colour, times that of the optics | how much of it there is |
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub maps: BTreeMap<String, Map>,
+    /// It is divided into domains, each of which looks like another material (\[D], "Attribute mapping"). Its own
+    /// colour and maps are not seen; whether it casts and is one-sided still counts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub domains: Option<Domains>,
 }
 
 impl Default for Material {
@@ -60,6 +65,7 @@ impl Default for Material {
             one_sided: false,
             casts: true,
             maps: BTreeMap::new(),
+            domains: None,
         }
     }
 }

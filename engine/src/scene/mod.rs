@@ -5,6 +5,7 @@
 //! [`flat`] (a plan made ready: what renderers take), [`read`] (formats).
 
 pub mod document;
+mod domains;
 pub mod examine;
 pub mod face;
 pub mod flat;
@@ -21,6 +22,7 @@ pub mod surfaces;
 
 pub use crate::fragment::Environment;
 pub use document::{Display, Document, Object, Plan, Step, Transform};
+pub use domains::{Define, Domains};
 pub use face::{Back, EdgeStyle, Face, Seal, Sides};
 pub use flat::{Instance, Scene};
 pub use geometry::{Geometry, Part};

@@ -3,16 +3,17 @@
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::sync::{Arc, OnceLock};
 
+use super::domains::Ready;
 use super::face::{Back, Sides};
 use super::flat::{Instance, Scene};
 use super::geometry::{Frame, Part};
 use super::maps::{At, Maps, Seen};
-use super::material::AlphaMode;
+use super::material::{AlphaMode, Material};
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Environment, Finish, Fragments, Local, Origin, Surfaces, Uv};
 use crate::polygon;
-use crate::texture::Opened;
+use crate::texture::{self, Opened};
 use crate::trace::{Casters, CastersBuilder};
 
 /// A scene as the surfaces of a source.
@@ -23,6 +24,8 @@ pub struct SceneSurfaces {
     places: Vec<(DAffine3, DMat3)>,
     /// By material, the pictures on it.
     maps: Vec<Option<Maps>>,
+    /// By material, the domains that it is divided into.
+    domains: Vec<Option<Ready>>,
     /// Its faces in the world, once somebody asked.
     casters: OnceLock<Casters>,
 }
@@ -57,7 +60,9 @@ impl SceneSurfaces {
         };
         let places = scene.instances.iter().map(place).collect();
         let maps = scene.materials.iter().map(Maps::of).collect();
-        SceneSurfaces { scene, places, maps, casters: OnceLock::new() }
+        let ready = |material: &Material| material.domains.as_ref().map(Ready::new);
+        let domains = scene.materials.iter().map(ready).collect();
+        SceneSurfaces { scene, places, maps, domains, casters: OnceLock::new() }
     }
 
     /// The scene.
@@ -65,7 +70,21 @@ impl SceneSurfaces {
         &self.scene
     }
 
-    fn look(&self, ordinal: u32, sees_front: bool) -> Look<'_> {
+    /// The domains that a part of a face is divided into.
+    fn domains_of(&self, ordinal: u32, sees_front: bool) -> Option<(u32, &Ready)> {
+        let (at, face, part) = self.scene.part(ordinal);
+        let instance = &self.scene.instances[at];
+        let mesh = instance.geometry.mesh();
+        let sides = match part {
+            Part::Face => mesh.sides(face),
+            Part::Seal(i) => mesh.seals(face)[i as usize].sides,
+            Part::FaceEdges | Part::SealEdges(_) => return None,
+        };
+        let number = instance.material_of(sides, sees_front);
+        self.domains[number as usize].as_ref().map(|ready| (number, ready))
+    }
+
+    fn look(&self, ordinal: u32, sees_front: bool, bundle: Option<u32>) -> Look<'_> {
         let (at, face, part) = self.scene.part(ordinal);
         let instance = &self.scene.instances[at];
         let mesh = instance.geometry.mesh();
@@ -79,6 +98,8 @@ impl SceneSurfaces {
             _ => None,
         };
         let number = instance.material_of(sides, sees_front);
+        let is_divided = self.domains[number as usize].is_some();
+        let number = bundle.unwrap_or(number);
         let material = &self.scene.materials[number as usize];
         let maps = self.maps[number as usize].as_ref().filter(|_| edge.is_none());
         let maps = maps.map(|maps| (number, maps));
@@ -90,7 +111,7 @@ impl SceneSurfaces {
         let place = &self.places[at];
         let front = instance.geometry.normal(face);
         let carries = !(mesh.colors.is_empty() && mesh.normals.is_empty())
-            || (maps.is_some() && !mesh.uvs.is_empty());
+            || ((maps.is_some() || is_divided) && !mesh.uvs.is_empty());
         let interpolates = edge.is_none() && carries;
         let frame = interpolates.then(|| Frame::new(mesh, mesh.outline(face), front));
         let normal = (place.1 * front).normalize_or_zero();
@@ -98,6 +119,9 @@ impl SceneSurfaces {
         Look { instance, place, color, alpha, blends, unlit, finish, maps, front, normal, frame }
     }
 }
+
+/// The number of a material that is divided and its domains, if it is, and what its fragments have in common.
+type Looked<'s> = (Option<(u32, &'s Ready)>, Look<'s>);
 
 impl Look<'_> {
     /// What is seen at a point, without pictures.
@@ -149,13 +173,14 @@ impl Surfaces for SceneSurfaces {
         if !(colors || normals || facing || finish || local || uv) {
             return;
         }
-        let mut last: Option<(u32, Look<'_>)> = None;
+        let mut last: Option<((u32, Option<u32>), Look<'_>)> = None;
         let mut opened: Vec<(u32, Vec<Option<Opened<'_>>>)> = Vec::new();
         for i in 0..fragments.len() {
             let (ordinal, sees_front) = (fragments.ordinal[i], fragments.sees_front[i]);
-            let (_, look) = match last.take().filter(|(known, _)| *known == ordinal) {
+            let bundle = fragments.bundle.get(i).copied().flatten();
+            let (_, look) = match last.take().filter(|(known, _)| *known == (ordinal, bundle)) {
                 Some(known) => last.insert(known),
-                None => last.insert((ordinal, self.look(ordinal, sees_front))),
+                None => last.insert(((ordinal, bundle), self.look(ordinal, sees_front, bundle))),
             };
             let is_alike = look.frame.is_none() && look.maps.is_none() && !local && !uv;
             let world = match (is_alike, fragments.position.get(i)) {
@@ -218,6 +243,50 @@ impl Surfaces for SceneSurfaces {
         }
     }
 
+    fn divide(&self, fragments: &Fragments<'_>) -> Vec<(usize, Option<u32>, f32)> {
+        if self.domains.iter().all(Option::is_none) {
+            return Vec::new();
+        }
+        let mut parts = Vec::new();
+        let mut is_divided = false;
+        let mut opened: Vec<(u32, Vec<Opened<'_>>)> = Vec::new();
+        let mut last: Option<(u32, Looked<'_>)> = None;
+        for i in 0..fragments.len() {
+            let (ordinal, sees_front) = (fragments.ordinal[i], fragments.sees_front[i]);
+            let (_, (domains, look)) = match last.take().filter(|(known, _)| *known == ordinal) {
+                Some(known) => last.insert(known),
+                None => {
+                    let look = self.look(ordinal, sees_front, None);
+                    last.insert((ordinal, (self.domains_of(ordinal, sees_front), look)))
+                }
+            };
+            let Some((number, ready)) = domains else {
+                parts.push((i, None, 1.0));
+                continue;
+            };
+            is_divided = true;
+            let known = opened.iter().position(|(known, _)| known == number);
+            let at = known.unwrap_or_else(|| {
+                opened.push((*number, ready.open()));
+                opened.len() - 1
+            });
+            let world = fragments.position.get(i).copied().unwrap_or_else(|| {
+                let (x, y) = (fragments.x[i], fragments.y[i]);
+                fragments.view.world_point(x, y, fragments.depth[i])
+            });
+            let steps = fragments.footprint(i, world, look.normal);
+            let footprint = ready.domains.mapping.footprint(&texture::Place {
+                point: look.place.0.transform_point3(world),
+                steps: steps.map(|step| look.place.0.matrix3 * step),
+                normal: look.front,
+                uv: &|point| look.uv(point),
+            });
+            let shares = ready.shares(&opened[at].1, &footprint, fragments.textures);
+            parts.extend(shares.into_iter().map(|(bundle, share)| (i, Some(bundle), share)));
+        }
+        if is_divided { parts } else { Vec::new() }
+    }
+
     fn varying(&self, ordinal: u32) -> Columns {
         let (at, face, part) = self.scene.part(ordinal);
         let instance = &self.scene.instances[at];
@@ -250,6 +319,12 @@ impl Surfaces for SceneSurfaces {
         for front in [true, false] {
             let number = instance.material_of(sides, front) as usize;
             varying = varying | self.maps[number].as_ref().map_or(Columns::NONE, Maps::varying);
+            let Some(ready) = &self.domains[number] else { continue };
+            varying = varying | Columns::COLOR | Columns::FINISH | Columns::NORMAL;
+            let mut bundles = ready.domains.bundles().map(|b| &self.scene.materials[b as usize]);
+            if bundles.any(|bundle| bundle.finish.optics.is_some()) {
+                varying = varying | Columns::TRACED;
+            }
         }
         if !mesh.colors.is_empty() && differs(&|c| mesh.colors[c] == mesh.colors[first]) {
             varying = varying | Columns::COLOR;
@@ -263,11 +338,14 @@ impl Surfaces for SceneSurfaces {
     fn offers(&self, wanted: Columns) -> Result<()> {
         let is_wanted = wanted.meets(Columns::COLOR | Columns::NORMAL | Columns::FINISH);
         let mut maps = self.maps.iter().flatten().filter(|_| is_wanted);
-        maps.try_for_each(Maps::offers)
+        maps.try_for_each(Maps::offers)?;
+        let mut domains = self.domains.iter().flatten().filter(|_| is_wanted);
+        domains.try_for_each(Ready::offers)
     }
 
     fn fault(&self) -> Option<Error> {
-        self.maps.iter().flatten().find_map(Maps::fault)
+        let of_domains = || self.domains.iter().flatten().find_map(Ready::fault);
+        self.maps.iter().flatten().find_map(Maps::fault).or_else(of_domains)
     }
 
     fn casters(&self) -> Option<&Casters> {

@@ -447,8 +447,8 @@ impl Group<'_> {
         let mut salt = KeyHasher::new("met");
         salt.key(key).value(&self.member);
         let batch = Within { outer: around.batch, key: salt.finish() };
-        self.fragments.fill(stack::reads(&stages), &*member.surfaces);
-        stack::run(&stages, Vec::new(), &batch, &mut self.fragments);
+        // What was moved is not in any world: there is nothing to undo.
+        stack::shade(&stages, &*member.surfaces, &batch, &mut self.fragments);
     }
 }
 

@@ -74,8 +74,7 @@ impl Source {
             return;
         }
         fragments.label.clone_from(&self.label);
-        let places = stack::fill_at_start(&self.stack, &*self.surfaces, self.reads(), fragments);
-        stack::run(&self.stack, places, batch, fragments);
+        stack::shade(&self.stack, &*self.surfaces, batch, fragments);
     }
 
     /// Fills columns of a batch of this source's fragments without shading them.

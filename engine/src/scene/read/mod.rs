@@ -29,6 +29,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::document::{Document, Step};
+use super::domains::{Define, Domains};
 use super::flat::Scene;
 use super::shape::Shape;
 use crate::error::{Error, Result};
@@ -141,7 +142,11 @@ impl ReadOptions {
     /// What is done to a scene that is ready.
     fn apply(&self, scene: &mut Scene) {
         if self.pictures == Some(false) {
-            scene.materials.iter_mut().for_each(|material| material.maps.clear());
+            scene.materials.iter_mut().for_each(|material| {
+                material.maps.clear();
+                let is_picture = |d: &Domains| matches!(d.define, Define::Picture(_));
+                material.domains = material.domains.take().filter(|d| !is_picture(d));
+            });
         }
     }
 }

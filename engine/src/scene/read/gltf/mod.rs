@@ -163,6 +163,7 @@ impl Builder<'_> {
             },
             one_sided: !material.double_sided(),
             casts: true,
+            domains: None,
             maps,
         }
     }
