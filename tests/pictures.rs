@@ -267,6 +267,34 @@ fn grades_blurs_and_sizes_do_what_they_say() {
         difference(&Reformat { filter: Filter::Nearest, ..same }.apply(&image).unwrap(), &image),
         0.0
     );
+    // All of it is all of it, however it is filtered but by the mean of what is between texels.
+    for filter in [Filter::Nearest, Filter::Trilinear, Filter::Anisotropic(8)] {
+        let again = Reformat { filter, ..same }.apply(&image).unwrap();
+        assert!(difference(&again, &image) < 1e-6, "{filter:?}");
+    }
+    // What is opaque stays so to its border, at every size; beside it is nothing, and a small one keeps its area.
+    let white = made(30, 20, |_, _| [1.0; 4]);
+    for size in [(7, 5), (60, 40), (64, 43), (1, 1)] {
+        let filter = Filter::default();
+        let stretched =
+            Reformat { size, keeps_shape: false, filter, ..same }.apply(&white).unwrap();
+        assert!(stretched.pixels().all(|p| p.iter().all(|v| (v - 1.0).abs() < 1e-5)), "{size:?}");
+    }
+    for scale in [0.5, 0.13, 0.01, 1e-6] {
+        let small = Reformat { size: (60, 40), scale: DVec2::splat(scale), ..same };
+        let small = small.apply(&white).unwrap();
+        let area: f32 = small.float("A").unwrap().iter().sum();
+        let expected = 2400.0 * (scale * scale) as f32;
+        assert!((area - expected).abs() < 1e-3 * expected + 1e-9, "{scale}: {area} {expected}");
+    }
+    // A part that lies beside what is shown is left away.
+    let mut beside = Image::new((6, 4), Window { x: 4, y: 0, width: 5, height: 4 });
+    for name in ["R", "G", "B", "A"] {
+        beside.insert(name, Samples::Float(vec![1.0; 20])).unwrap();
+    }
+    let cut = Reformat { size: (6, 4), filter: Filter::Nearest, ..same }.apply(&beside).unwrap();
+    let alpha: Vec<f32> = cut.float("A").unwrap()[..6].to_vec();
+    assert_eq!(alpha, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
     let half = Reformat { size: (12, 12), ..same }.apply(&image).unwrap();
     for (x, y) in [(1, 1), (5, 8), (10, 10)] {
         let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(i, j)| image.rgba(2 * x + i, 2 * y + j));
@@ -433,6 +461,13 @@ fn keys_polygons_and_plates_are_checked_and_do_as_they_say() {
     let upper = Matte { garbage, ..by(picture::Key::Brighter(0.5, 0.7)) };
     let upper = pull(&upper).unwrap();
     assert!(upper.rgba(3, 3)[3] == 1.0 && upper.rgba(3, 15)[3] == 0.0);
+    // A garbage polygon alone, and a picture that was cut out before.
+    let lower = vec![(0.0, 0.5), (1.0, 0.5), (1.0, 1.0), (0.0, 1.0)];
+    let alone = pull(&Matte { garbage: lower, ..Matte::default() }).unwrap();
+    assert!(alone.rgba(3, 3)[3] == 0.0 && alone.rgba(15, 15)[3] == 1.0);
+    let thin = made(4, 4, |_, _| [0.05, 0.05, 0.05, 0.5]);
+    let again = by(picture::Key::Brighter(0.5, 0.7)).pull(&thin, None).unwrap().subject;
+    assert!(difference(&again, &thin) < 1e-6);
     let keep = vec![(0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0)];
     let all = pull(&Matte { keep, ..by(picture::Key::Brighter(0.5, 0.7)) }).unwrap();
     assert_eq!(all.rgba(15, 3)[3], 1.0);

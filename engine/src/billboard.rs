@@ -96,7 +96,7 @@ impl Subject {
         let (source, _) = Source::of(image)?;
         let (width, height) = image.size;
         let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
-        let there: Vec<f32> = image.pixels().map(|[.., a]| a).collect();
+        let there: Vec<f32> = image.pixels().map(|[.., a]| a.max(0.0)).collect();
         for (at, alpha) in there.iter().enumerate() {
             if *alpha > LEAST_ALPHA {
                 let (x, y) = (at as u32 % width, at as u32 / width);
@@ -377,8 +377,10 @@ pub fn scatter(
     seed: u64,
     mut plant: impl FnMut(DVec3, &mut Chance),
 ) -> Result<u32> {
-    let finite = corners.iter().all(|p| p.is_finite()) && apart.is_finite() && apart >= 0.0;
-    if corners.len() < 3 || !finite {
+    if !(apart.is_finite() && apart >= 0.0) {
+        return Err(Error::invalid(format!("trees {apart} m apart: must be 0 or more")));
+    }
+    if corners.len() < 3 || !corners.iter().all(|p| p.is_finite()) {
         return Err(Error::invalid("an area has three finite corners or more"));
     }
     let low = corners.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));

@@ -1,7 +1,7 @@
 //! PNG, 8 or 16 bits, sRGB, with straight alpha; and JPEG, which is only read.
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder, ImageFormat};
+use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat};
 use std::io::Write;
 use std::path::Path;
 
@@ -41,7 +41,12 @@ pub(super) fn read(path: &Path, format: ImageFormat) -> Result<Image> {
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(16 << 30);
     reader.limits(limits);
-    let pixels = reader.decode().map_err(fault)?.into_rgba16();
+    let mut decoder = reader.into_decoder().map_err(fault)?;
+    // A camera that was held upright says so.
+    let orientation = decoder.orientation().map_err(fault)?;
+    let mut picture = image::DynamicImage::from_decoder(decoder).map_err(fault)?;
+    picture.apply_orientation(orientation);
+    let pixels = picture.into_rgba16();
     let (width, height) = pixels.dimensions();
     let mut channels: [Vec<f32>; 4] = Default::default();
     for pixel in pixels.pixels() {

@@ -50,6 +50,9 @@ pub fn composite(front: &Image, back: &Image, operator: Operator) -> Result<Imag
         )));
     }
     let window = front.window.around(back.window);
+    if u64::from(window.width) * u64::from(window.height) > 1 << 28 {
+        return Err(Error::invalid(format!("together they take {window}: more than 2^28 pixels")));
+    }
     let mut made = if window == back.window {
         back.clone()
     } else {

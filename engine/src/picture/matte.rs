@@ -153,7 +153,8 @@ impl Matte {
             }
             let clean = plate.as_ref().map(|plate| plate[at]);
             let all = self.keys.iter().map(|key| key.background(pixels[at], clean));
-            all.fold(1.0, f32::min)
+            // Without keys all that is no garbage is subject.
+            all.reduce(f32::min).unwrap_or(0.0)
         };
         let mut sure: Vec<f32> = (0..pixels.len()).map(sure).collect();
         let edge = (self.edge * f64::from(image.size.1)).round() as usize;
@@ -186,6 +187,7 @@ impl Matte {
             if length < 1e-4 { 1.0 - sure } else { ((c - b).dot(way) / length).clamp(0.0, 1.0) }
         };
         let alphas: Vec<f32> = (0..pixels.len()).map(alpha).collect();
+        let had: Vec<f32> = image.pixels().map(|[.., a]| a.clamp(0.0, 1.0)).collect();
         let done = (0..pixels.len()).map(|at| {
             let a = alphas[at];
             if a <= 0.0 {
@@ -195,7 +197,8 @@ impl Matte {
             // What divides by little is no longer known: then it is as the subject beside it.
             let known = own.lerp(before[at], (1.0 - a) * (1.0 - a));
             let [r, g, b] = pixels[at].lerp(known, self.decontaminate).to_array();
-            [r * a, g * a, b * a, a]
+            // What was transparent before stays so.
+            [r, g, b, 1.0].map(|v| v * a * had[at])
         });
         let subject = with_pixels(image, done)?;
         let share = |is: &dyn Fn(f32) -> bool| {

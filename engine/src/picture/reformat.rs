@@ -29,6 +29,32 @@ pub struct Reformat {
     pub filter: Filter,
 }
 
+/// The most pixels of a picture.
+const MOST: usize = 1 << 28;
+
+/// What of a footprint is picture, and how much of it that is.
+fn within(footprint: Footprint) -> (Footprint, f32) {
+    let Footprint { at, right, down } = footprint;
+    let extent = right.abs() + down.abs();
+    let (mut middle, mut part) = (at, DVec2::ONE);
+    for axis in 0..2 {
+        let half = extent[axis] / 2.0;
+        let (low, high) = ((at[axis] - half).max(0.0), (at[axis] + half).min(1.0));
+        let is_seen = high > low;
+        if !is_seen {
+            return (footprint, 0.0);
+        }
+        middle[axis] = (low + high) / 2.0;
+        part[axis] = (high - low) / extent[axis];
+        // What is inside but for rounding is all there.
+        if part[axis] > 1.0 - 1e-9 {
+            (middle[axis], part[axis]) = (at[axis], 1.0);
+        }
+    }
+    let footprint = Footprint { at: middle, right: right * part, down: down * part };
+    (footprint, (part.x * part.y) as f32)
+}
+
 impl Reformat {
     /// The new picture, of colour and alpha alone.
     ///
@@ -42,11 +68,18 @@ impl Reformat {
         }
         // What is not held is transparent.
         let whole = (image.size.0 as usize).checked_mul(image.size.1 as usize);
-        let count = whole.filter(|count| *count < 1 << 31);
-        let count = count.ok_or_else(|| Error::invalid("the picture is too large"))?;
+        let count = whole.filter(|count| *count <= MOST);
+        let count = count.ok_or_else(|| Error::invalid("the picture has more than 2^28 pixels"))?;
+        if u64::from(width) * u64::from(height) > MOST as u64 {
+            return Err(Error::invalid("the new picture would have more than 2^28 pixels"));
+        }
         let mut texels = vec![[0.0f32; 4]; count];
         for (at, pixel) in image.pixels().enumerate() {
             let (x, y) = (at as u32 % held.width + held.x, at as u32 / held.width + held.y);
+            // Some programs hold more than the picture shows.
+            if x >= image.size.0 || y >= image.size.1 {
+                continue;
+            }
             texels[y as usize * image.size.0 as usize + x as usize] = pixel;
         }
         let texels = Texels { size: image.size, samples: Texture::Linear(texels) };
@@ -83,10 +116,12 @@ impl Reformat {
                     let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
                     let at = up(place(x, y));
                     let (right, down) = (up(place(x + 1.0, y)) - at, up(place(x, y + 1.0)) - at);
-                    let footprint = Footprint { at, right, down };
-                    let [r, g, b, a, _] =
-                        footprint.see(&opened, self.filter, [Wrap::Nothing; 2])?;
-                    Ok([r, g, b, a])
+                    let (footprint, covered) = within(Footprint { at, right, down });
+                    if covered == 0.0 {
+                        return Ok([0.0; 4]);
+                    }
+                    let [r, g, b, a, _] = footprint.see(&opened, self.filter, [Wrap::Clamp; 2])?;
+                    Ok([r, g, b, a].map(|v| v * covered))
                 };
                 (0..width).map(one).collect::<Result<_>>()
             })

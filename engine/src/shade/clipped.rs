@@ -55,6 +55,8 @@ pub(super) fn irradiance(
                 if is_nothing || is_too_much || parts.is_empty() {
                     return;
                 }
+                // Where it differs from place to place how much a piece holds back, parts have no one answer.
+                let differs = casters.pieces()[piece].opacity.is_nan();
                 let corners = casters.corners(piece, Toward::Point(here));
                 let is_outside = |(normal, offset): &(DVec3, f64)| {
                     corners.clone().all(|corner| normal.dot(corner) + offset <= 0.0)
@@ -69,6 +71,10 @@ pub(super) fn irradiance(
                 }
                 // From the end: what is put there is outside of the cone, or what comes through it.
                 for i in (0..parts.len()).rev() {
+                    if parts[i].meets(&cone) && differs {
+                        is_too_much = true;
+                        return;
+                    }
                     if parts[i].meets(&cone) {
                         let part = parts.swap_remove(i);
                         part.cut(&cone, &mut parts, |point| {

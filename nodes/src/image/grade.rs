@@ -43,8 +43,11 @@ impl Node for Grade {
         &["ColorCorrect", "Exposure", "Gamma", "Saturation", "CDL"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {
-        if self.gamma.to_array().iter().any(|v| v.is_nan() || *v <= 0.0) {
-            return Err(FieldError::new("gamma", "must be above 0"));
+        if !self.gamma.to_array().iter().all(|v| (0.01..=100.0).contains(v)) {
+            return Err(FieldError::new("gamma", "must be 0.01 to 100"));
+        }
+        if !(-64.0..=64.0).contains(&self.exposure) {
+            return Err(FieldError::new("exposure", "must be -64 to 64 stops"));
         }
         Ok(())
     }

@@ -1,7 +1,6 @@
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spandrel_engine::Error;
 use spandrel_engine::Result;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
@@ -17,7 +16,8 @@ use spandrel_engine::values::Picture;
 pub struct Reformat {
     /// The picture.
     pub image: Link<Image>,
-    /// Columns and rows of the new picture. Absent, those of the old.
+    /// Columns and rows of the new picture. Absent, those of the old. `--size` and `--scale` of the command line
+    /// change it as they change all pictures.
     pub size: Option<(u32, u32)>,
     /// The part that is shown: left, top, width and height, as shares of the picture.
     pub part: (f64, f64, f64, f64),
@@ -44,7 +44,7 @@ impl Default for Reformat {
             shift: (0.0, 0.0),
             scale: (1.0, 1.0),
             turn: 0.0,
-            filter: Filter::Exact,
+            filter: Filter::default(),
         }
     }
 }
@@ -58,21 +58,18 @@ impl Node for Reformat {
 
     fn check(&self) -> std::result::Result<(), FieldError> {
         let (left, top, width, height) = self.part;
-        if ![left, top, width, height].iter().all(|v| v.is_finite())
-            || width <= 0.0
-            || height <= 0.0
-        {
-            return Err(FieldError::new(
-                "part",
-                "give left, top, width and height, the last above 0",
-            ));
+        let is_place = |v: f64| v.abs() <= 1e6;
+        let is_size = |v: f64| (1e-6..=1e6).contains(&v);
+        let is_part = is_place(left) && is_place(top) && is_size(width) && is_size(height);
+        if !is_part {
+            let what = "give left, top, width and height; the last are 0.000001 to 1000000";
+            return Err(FieldError::new("part", what));
         }
-        let is_some = |v: f64| v.is_finite() && v != 0.0;
-        if !is_some(self.scale.0) || !is_some(self.scale.1) {
-            return Err(FieldError::new("scale", "must be finite, and not 0"));
+        if !is_size(self.scale.0.abs()) || !is_size(self.scale.1.abs()) {
+            return Err(FieldError::new("scale", "must be 0.000001 to 1000000, or that below 0"));
         }
-        if ![self.shift.0, self.shift.1, self.turn].iter().all(|v| v.is_finite()) {
-            return Err(FieldError::new("shift", "must be finite, as the turn"));
+        if ![self.shift.0, self.shift.1, self.turn].into_iter().all(is_place) {
+            return Err(FieldError::new("shift", "must be -1000000 to 1000000, as the turn"));
         }
         if let Some((width, height)) = self.size
             && !((1..=65_536).contains(&width) && (1..=65_536).contains(&height))
@@ -89,10 +86,14 @@ impl Node for Reformat {
 
     fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
         let image = inputs.get(&self.image);
-        let size = self.size.unwrap_or(image.size);
-        if u64::from(size.0) * u64::from(size.1) > 1 << 30 {
-            return Err(Error::invalid("`size` has more than a thousand million pixels"));
-        }
+        let scaled = |(width, height): (u32, u32)| {
+            let (x, y) = wanted.changed.scale.unwrap_or((1.0, 1.0));
+            let side =
+                |size: u32, by: f64| (f64::from(size) * by).round().clamp(1.0, 65_536.0) as u32;
+            (side(width, x), side(height, y))
+        };
+        let said = self.size.map(|size| scaled(wanted.changed.size.unwrap_or(size)));
+        let size = said.unwrap_or(image.size);
         let (left, top, width, height) = self.part;
         let reformat = picture::Reformat {
             size,

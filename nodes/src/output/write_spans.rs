@@ -1,5 +1,6 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use spandrel_engine::fragment::Columns;
 use spandrel_engine::graph::node::{FieldError, OutFile};
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::raster::Raster;
@@ -111,6 +112,18 @@ impl Node for WriteSpans {
                  pictures after reading",
                 written.varying, written.faces
             ));
+        }
+        for source in inputs.get(&self.image).sources() {
+            let surfaces = &source.surfaces;
+            let varies = |ordinal: u32| surfaces.varying(ordinal).contains(Columns::COLOR);
+            let mut faces = source.faces.faces().iter();
+            if surfaces.origin().is_none() && faces.any(|face| varies(face.ordinal)) {
+                inputs.warn(&format!(
+                    "\"{}\" is of no scene file, so that of each face the colour of one place is stored: merge \
+                     it after reading",
+                    source.label
+                ));
+            }
         }
         Ok(Delivery { path, bytes: written.bytes })
     }

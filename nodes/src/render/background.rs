@@ -85,8 +85,9 @@ impl Node for Background {
         if !self.turn.is_finite() {
             return Err(FieldError::new("turn", "must be finite"));
         }
-        if self.distance.is_some_and(|distance| !distance.is_finite()) {
-            return Err(FieldError::new("distance", "must be finite"));
+        if self.distance.is_some_and(|distance| !(1e-6..=1e12).contains(&distance.abs())) {
+            let what = "must be 0.000001 to 10^12 metres; below 0 for parallel cameras only";
+            return Err(FieldError::new("distance", what));
         }
         Ok(())
     }

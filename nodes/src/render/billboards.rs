@@ -147,7 +147,8 @@ impl Billboards {
             let corners: Vec<DVec3> = area.corners.iter().map(|p| DVec3::from(*p)).collect();
             let seed = self.seed.wrapping_add(1) ^ (number as u64 + 1) << 40;
             let plant = |foot, chance: &mut Chance| trees.push(pick(foot, chance));
-            let planted = billboard::scatter(&corners, area.count, area.apart, seed, plant)?;
+            let planted = billboard::scatter(&corners, area.count, area.apart, seed, plant)
+                .map_err(|error| Error::invalid(format!("area {number}: {error}")))?;
             if planted < area.count {
                 let (count, apart) = (area.count, area.apart);
                 inputs.warn(&format!(
@@ -173,6 +174,14 @@ impl Node for Billboards {
         let has = |heights: (f64, f64)| {
             heights.0 > 0.0 && heights.0 <= heights.1 && heights.1.is_finite()
         };
+        let count = self.pictures.len() as u32;
+        let all = self.trees.iter().map(|(picture, ..)| picture);
+        let all = all.chain(self.rows.iter().flat_map(|row| &row.pictures));
+        let mut all = all.chain(self.areas.iter().flat_map(|area| &area.pictures));
+        if let Some(picture) = all.find(|picture| **picture >= count) {
+            let what = format!("there is no picture {picture}: there are {count}, from 0 on");
+            return Err(FieldError::new("pictures", what));
+        }
         for (number, row) in self.rows.iter().enumerate() {
             let points = row.along.iter().all(|p| DVec3::from(*p).is_finite());
             if row.along.len() < 2 || !points {
@@ -191,6 +200,11 @@ impl Node for Billboards {
         for (number, area) in self.areas.iter().enumerate() {
             if !has(area.heights) {
                 let what = format!("area {number}: heights must be above 0, and rise");
+                return Err(FieldError::new("areas", what));
+            }
+            if !(area.apart >= 0.0 && area.apart.is_finite()) || area.corners.len() < 3 {
+                let what =
+                    format!("area {number}: three corners or more, `apart` 0 metres or more");
                 return Err(FieldError::new("areas", what));
             }
             if area.count as usize > MOST {
