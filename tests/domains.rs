@@ -255,6 +255,12 @@ fn mirrors_show_domains_and_tables_without_an_index_are_told() {
     let materials =
         [("floor", divided(Define::Checker, 2.0, &table)), ("red", red()), ("glass", glass)];
     assert!(floor(2.0, &materials).unwrap_err().contains("not opaque"));
+    let glass = Material {
+        alpha_mode: AlphaMode::Blend,
+        ..divided(Define::Checker, 2.0, &[(0, "red"), (1, "green")])
+    };
+    let materials = [("floor", glass), ("red", red()), ("green", green())];
+    assert!(floor(2.0, &materials).unwrap_err().contains("what is divided is opaque"));
     // An index that only the picture knows.
     let stray = pattern("stray.png", 8, |x, y| if (x, y) == (3, 5) { 9 } else { 1 });
     let material = divided(Define::Picture(stray.clone()), 2.0, &[(1, "red")]);

@@ -125,7 +125,7 @@ const LAYERS: [(&str, &[&str]); 28] = [
     ("trace", &["math", "polygon"]),
     ("stream", &["color", "error", "math"]),
     ("texture", &["color", "error", "image", "key", "math"]),
-    ("picture", &["color", "error", "image", "key", "math", "texture"]),
+    ("picture", &["color", "error", "image", "key", "math", "polygon", "texture"]),
     ("fragment", &["camera", "color", "error", "key", "texture", "trace"]),
     (
         "light",
@@ -142,8 +142,8 @@ const LAYERS: [(&str, &[&str]); 28] = [
     (
         "billboard",
         &[
-            "camera", "color", "error", "fragment", "image", "key", "math", "raster", "scene",
-            "span", "texture", "trace", "visible",
+            "camera", "color", "error", "fragment", "image", "key", "math", "polygon", "raster",
+            "scene", "span", "texture", "trace", "visible",
         ],
     ),
     (

@@ -9,11 +9,11 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use crate::camera::{Plane, View};
 use crate::color::Color;
-use crate::error::{Error, Result};
+use crate::error::{Error, FirstError, Result};
 use crate::fragment::{Columns, FAR, Fragments, Surfaces};
 use crate::image::Image;
 use crate::key::Key;
@@ -142,9 +142,7 @@ impl Photograph {
 /// The direction in which a fragment is seen, and how it changes to the next pixel on the right and below.
 fn directions(fragments: &Fragments<'_>, i: usize) -> (DVec3, [DVec3; 2]) {
     let (_, along, length) = fragments.way(i);
-    let position = fragments.position.get(i).copied();
-    let place = || fragments.view.world_point(fragments.x[i], fragments.y[i], fragments.depth[i]);
-    let steps = fragments.footprint(i, position.unwrap_or_else(place), -along);
+    let steps = fragments.footprint(i, fragments.point(i), -along);
     (along, steps.map(|step| step / length))
 }
 
@@ -158,14 +156,10 @@ fn elevation(way: DVec3) -> f64 {
 struct Backdrop {
     show: Show,
     strength: Color,
-    fault: Mutex<Option<Error>>,
+    fault: FirstError,
 }
 
 impl Backdrop {
-    fn keep(&self, error: Error) {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-    }
-
     fn color(&self, fragments: &Fragments<'_>, opened: Option<&Opened<'_>>, i: usize) -> [f32; 4] {
         let opaque = |color: Color| [color.r, color.g, color.b, 1.0];
         match &self.show {
@@ -190,10 +184,7 @@ impl Backdrop {
                 let Some(opened) = opened else { return [0.0; 4] };
                 let footprint = picture.footprint(fragments, i);
                 let seen = footprint.see(opened, fragments.textures, picture.wrap());
-                let [r, g, b, a, _] = seen.unwrap_or_else(|error| {
-                    self.keep(error);
-                    [0.0; 5]
-                });
+                let [r, g, b, a, _] = self.fault.sift(seen).unwrap_or_default();
                 let straight = if a > 0.0 { 1.0 / a } else { 0.0 };
                 [r * straight, g * straight, b * straight, a]
             }
@@ -211,9 +202,7 @@ impl Backdrop {
 impl Surfaces for Backdrop {
     fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>) {
         let opened = match &self.show {
-            Show::Picture(picture) => {
-                store().open(&picture.source).map_err(|error| self.keep(error)).ok()
-            }
+            Show::Picture(picture) => self.fault.sift(store().open(&picture.source)),
             Show::Gradient(_) | Show::Sky(..) => None,
         };
         for i in 0..fragments.len() {
@@ -248,7 +237,7 @@ impl Surfaces for Backdrop {
     }
 
     fn fault(&self) -> Option<Error> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.fault.take()
     }
 }
 
@@ -280,7 +269,7 @@ pub fn image(
     if !distance.is_finite() || (!view.is_parallel() && distance <= 0.0) {
         return Err(Error::invalid(format!("`distance` is {distance} m: it must be above 0")));
     }
-    let surfaces = Backdrop { show, strength: stand.strength, fault: Mutex::default() };
+    let surfaces = Backdrop { show, strength: stand.strength, fault: FirstError::default() };
     let is_translucent = !surfaces.is_opaque();
     let [left, top, right, bottom] = view.window();
     let corners = [[left, top], [right, top], [right, bottom], [left, bottom]].map(DVec2::from);

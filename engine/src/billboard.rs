@@ -6,19 +6,21 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use std::path::Path;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 use crate::camera::View;
 use crate::color::Color;
-use crate::error::{Error, Result};
+use crate::error::{Error, FirstError, Result};
 use crate::fragment::{Columns, Fragments, Meeting, Surfaces};
 use crate::image::Image;
+use crate::image::texels::{Samples, Texels};
 use crate::key::KeyHasher;
 use crate::math;
+use crate::polygon;
 use crate::raster::{LinePlan, Rows};
 use crate::scene::{AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides};
 use crate::span::SpanImage;
-use crate::texture::{Footprint, Opened, Source, Wrap, store};
+use crate::texture::{Footprint, Level, Meaning, Opened, Source, Wrap, pyramid, store};
 use crate::trace::{Card, Casters, CastersBuilder, Toward, Turned};
 use crate::visible::{self, Cluster};
 
@@ -37,54 +39,23 @@ pub struct Subject {
     /// Where it stands, to the right.
     foot: f64,
     /// How much it hides, for shadows: the picture, and what is left of it at a half of its size and so on.
-    alphas: Vec<Alphas>,
+    alphas: Vec<Level>,
 }
 
-/// Alphas of a picture, in bytes.
-#[derive(Debug)]
-struct Alphas {
-    width: u32,
-    height: u32,
-    bytes: Vec<u8>,
-}
-
-impl Alphas {
-    fn half(&self) -> Option<Alphas> {
-        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
-        if self.width == width && self.height == height {
-            return None;
-        }
-        let at = |x: u32, y: u32| {
-            u32::from(
-                self.bytes[(y.min(self.height - 1) * self.width + x.min(self.width - 1)) as usize],
-            )
-        };
-        let mean = |at_: u32| {
-            let (x, y) = (at_ % width * 2, at_ / width * 2);
-            ((at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1) + 2) / 4) as u8
-        };
-        let bytes = (0..width * height).map(mean).collect();
-        Some(Alphas { width, height, bytes })
-    }
-
-    /// Between its texels; nothing beside it.
-    fn at(&self, place: DVec2) -> f32 {
-        let (x, y) =
-            (place.x * f64::from(self.width) - 0.5, (1.0 - place.y) * f64::from(self.height) - 0.5);
-        let (left, top) = (x.floor(), y.floor());
-        let (u, v) = ((x - left) as f32, (y - top) as f32);
-        let texel = |i: f64, j: f64| {
-            let (x, y) = (left + i, top + j);
-            let inside = x >= 0.0 && y >= 0.0;
-            if !inside || x >= f64::from(self.width) || y >= f64::from(self.height) {
-                return 0.0;
-            }
-            f32::from(self.bytes[y as usize * self.width as usize + x as usize])
-        };
-        let upper = texel(0.0, 0.0) * (1.0 - u) + texel(1.0, 0.0) * u;
-        let lower = texel(0.0, 1.0) * (1.0 - u) + texel(1.0, 1.0) * u;
-        (upper * (1.0 - v) + lower * v) / 255.0
-    }
+/// How much a level of a picture hides at a place, between its texels; nothing beside it.
+fn alpha_of(level: &Level, place: DVec2) -> f32 {
+    let (width, height) = (f64::from(level.width), f64::from(level.height));
+    let (x, y) = (place.x * width - 0.5, (1.0 - place.y) * height - 0.5);
+    let (left, top) = (x.floor(), y.floor());
+    let (u, v) = ((x - left) as f32, (y - top) as f32);
+    let texel = |i: f64, j: f64| {
+        let (x, y) = (left + i, top + j);
+        let is_inside = x >= 0.0 && y >= 0.0 && x < width && y < height;
+        if is_inside { level.texel(x as u32, y as u32)[3] } else { 0.0 }
+    };
+    let upper = texel(0.0, 0.0) * (1.0 - u) + texel(1.0, 0.0) * u;
+    let lower = texel(0.0, 1.0) * (1.0 - u) + texel(1.0, 1.0) * u;
+    upper * (1.0 - v) + lower * v
 }
 
 impl Subject {
@@ -118,10 +89,9 @@ impl Subject {
             }
         }
         let (w, h) = (f64::from(width), f64::from(height));
-        let byte = |alpha: &f32| (alpha.clamp(0.0, 1.0) * 255.0).round() as u8;
-        let bytes = there.iter().map(byte).collect();
-        let first = Some(Alphas { width, height, bytes });
-        let alphas = std::iter::successors(first, Alphas::half).collect();
+        let byte = |alpha: &f32| [0, 0, 0, (alpha.clamp(0.0, 1.0) * 255.0).round() as u8];
+        let samples = Samples::Bytes(there.iter().map(byte).collect());
+        let alphas = pyramid(Texels { size: image.size, samples }, Meaning::Numbers);
         Ok(Subject {
             alphas,
             source,
@@ -181,7 +151,7 @@ struct Billboards {
     cards: Vec<Card>,
     stand: Stand,
     casters: OnceLock<Casters>,
-    fault: Mutex<Option<Error>>,
+    fault: FirstError,
 }
 
 /// The image of trees as a view shows them.
@@ -225,7 +195,7 @@ pub fn image(
     }
     let key = key.finish();
     let scene = Scene::new(&document(&cards, eye(view))?, None, &stand.label, key, Path::new(""))?;
-    let (casters, fault) = (OnceLock::new(), Mutex::default());
+    let (casters, fault) = (OnceLock::new(), FirstError::default());
     let surfaces = Arc::new(Billboards { subjects, trees, cards, stand, casters, fault });
     let cluster = Cluster { scene: Arc::new(scene), priority: 0, surfaces: Some(surfaces) };
     visible::render(&[cluster], view, plan, rows)
@@ -256,10 +226,6 @@ fn document(cards: &[Card], toward: Toward) -> Result<Document> {
 }
 
 impl Billboards {
-    fn keep(&self, error: Error) {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
-    }
-
     /// How the card of a fragment is turned there, and its normal towards who sees it.
     fn turned(&self, fragments: &Fragments<'_>, i: usize) -> (Turned, DVec3) {
         let toward = match &fragments.sight {
@@ -276,10 +242,7 @@ impl Billboards {
         let (tree, card) = (&self.trees[number], &self.cards[number]);
         let subject = &self.subjects[tree.picture as usize];
         let (turned, normal) = self.turned(fragments, i);
-        let position = fragments.position.get(i).copied();
-        let place =
-            || fragments.view.world_point(fragments.x[i], fragments.y[i], fragments.depth[i]);
-        let position = position.unwrap_or_else(place);
+        let position = fragments.point(i);
         let scale = subject.scale(card.height);
         let of = |way: DVec3| subject.step(tree, scale, &turned, way);
         let [right, down] = fragments.footprint(i, position, normal).map(of);
@@ -296,13 +259,14 @@ impl Surfaces for Billboards {
                 let picture = self.trees[fragments.ordinal[i] as usize].picture as usize;
                 if opened[picture].is_none() {
                     let found = store().open(&self.subjects[picture].source);
-                    opened[picture] = found.map_err(|error| self.keep(error)).ok();
+                    opened[picture] = self.fault.sift(found);
                 }
-                let seen = opened[picture].as_ref().map(|picture| {
+                let seen = opened[picture].as_ref().and_then(|picture| {
                     let footprint = self.footprint(fragments, i);
-                    footprint.see(picture, fragments.textures, [Wrap::Nothing; 2])
+                    let seen = footprint.see(picture, fragments.textures, [Wrap::Nothing; 2]);
+                    self.fault.sift(seen)
                 });
-                let [r, g, b, a, _] = seen.and_then(Result::ok).unwrap_or([0.0; 5]);
+                let [r, g, b, a, _] = seen.unwrap_or_default();
                 let straight = if a > 0.0 { 1.0 / a } else { 0.0 };
                 fragments.color.push(Color::new(r, g, b) * straight * self.stand.color);
                 fragments.alpha.push(a.clamp(0.0, 1.0));
@@ -353,7 +317,7 @@ impl Surfaces for Billboards {
         let first = &subject.alphas[0];
         let texels = f64::from(met.width) / scale * f64::from(first.height);
         let level = if texels > 1.0 { math::log2(texels).round() as usize } else { 0 };
-        subject.alphas[level.min(subject.alphas.len() - 1)].at(place)
+        alpha_of(&subject.alphas[level.min(subject.alphas.len() - 1)], place)
     }
 
     fn object(&self, ordinal: u32) -> String {
@@ -361,7 +325,7 @@ impl Surfaces for Billboards {
     }
 
     fn fault(&self) -> Option<Error> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.fault.take()
     }
 }
 
@@ -389,19 +353,6 @@ pub fn scatter(
     if size.x <= 0.0 || size.z <= 0.0 {
         return Err(Error::invalid("an area has no width or no depth"));
     }
-    let inside = |x: f64, z: f64| {
-        let mut inside = false;
-        let mut last = corners[corners.len() - 1];
-        for corner in corners {
-            let crosses = (corner.z > z) != (last.z > z);
-            if crosses && x < corner.x + (z - corner.z) * (last.x - corner.x) / (last.z - corner.z)
-            {
-                inside = !inside;
-            }
-            last = *corner;
-        }
-        inside
-    };
     let mut chance = Chance::new(seed);
     let cell = |v: f64| (v / apart.max(1e-9)).floor() as i64;
     let mut known: std::collections::HashMap<(i64, i64), Vec<DVec2>> = Default::default();
@@ -410,7 +361,8 @@ pub fn scatter(
     while planted < count && tries < 30 * u64::from(count) + 1000 {
         tries += 1;
         let (x, z) = (low.x + size.x * chance.unit(), low.z + size.z * chance.unit());
-        if !inside(x, z) {
+        let flat = corners.iter().map(|corner| DVec3::new(corner.x, 0.0, corner.z));
+        if !polygon::contains(flat, DVec3::Y, DVec3::new(x, 0.0, z)) {
             continue;
         }
         let at = DVec2::new(x, z);

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// The engine's errors. Every one names what was wrong and, where a file is to blame, the file and
 /// the place in it; the cure is part of the message.
@@ -99,6 +100,27 @@ impl Error {
             Error::Malformed { place, .. } => Some(&place.path),
             _ => None,
         }
+    }
+}
+
+/// The first error of many threads, for who asks later: the rest say the same.
+#[derive(Debug, Default)]
+pub struct FirstError(Mutex<Option<Error>>);
+
+impl FirstError {
+    /// Keeps an error, if there is none yet.
+    pub fn keep(&self, error: Error) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    /// The value, or nothing: then the error is kept.
+    pub fn sift<T>(&self, result: Result<T>) -> Option<T> {
+        result.map_err(|error| self.keep(error)).ok()
+    }
+
+    /// The first error since the last time.
+    pub fn take(&self) -> Option<Error> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Cutting a subject out of a photograph (\[N], trees extracted from a photograph; \[D], figure 15: a
 //! foreground extracted by thresholds).
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -9,6 +9,7 @@ use super::{straight, with_pixels};
 use crate::color::{Color, encode_srgb};
 use crate::error::{Error, Result};
 use crate::image::Image;
+use crate::polygon;
 
 /// What tells the background from the subject. Numbers are of the picture as a display codes it, 0 to 1: what is
 /// not beyond the first is surely subject, what is beyond the second surely background, and what is between them
@@ -222,16 +223,9 @@ fn near(values: &[f32], width: usize, height: usize, reach: usize) -> Vec<f32> {
     all.map(|place| least(&rows, width, place / width, height, place)).collect()
 }
 
-fn contains(polygon: &[(f64, f64)], x: f64, y: f64) -> bool {
-    let mut inside = false;
-    let mut last = polygon[polygon.len() - 1];
-    for &(px, py) in polygon {
-        if (py > y) != (last.1 > y) && x < px + (y - py) * (last.0 - px) / (last.1 - py) {
-            inside = !inside;
-        }
-        last = (px, py);
-    }
-    inside
+fn contains(corners: &[(f64, f64)], x: f64, y: f64) -> bool {
+    let flat = corners.iter().map(|(x, y)| DVec3::new(*x, *y, 0.0));
+    polygon::contains(flat, DVec3::Z, DVec3::new(x, y, 0.0))
 }
 
 /// Colours where there are some, spread to where there are none: each is the mean of what is near it, taken from

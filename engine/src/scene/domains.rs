@@ -5,9 +5,8 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
-use crate::error::{Error, Result};
+use crate::error::{Error, FirstError, Result};
 use crate::image::texels::{self, Samples, Texels};
 use crate::key::KeyHasher;
 use crate::texture::{Filter, Footprint, Mapping, Meaning, Opened, Source, store};
@@ -111,7 +110,7 @@ pub(super) struct Ready {
     path: PathBuf,
     /// Of a trigger pattern, four indices of the table each: how much of a texel is theirs.
     sources: Vec<Source>,
-    fault: Mutex<Option<Error>>,
+    fault: FirstError,
 }
 
 impl Ready {
@@ -134,7 +133,7 @@ impl Ready {
             Source { key: key.finish(), meaning: Meaning::Numbers, read: Box::new(read) }
         };
         let sources = fours.map(source).collect();
-        Ready { domains: domains.clone(), path, sources, fault: Mutex::default() }
+        Ready { domains: domains.clone(), path, sources, fault: FirstError::default() }
     }
 
     /// Whether its picture is there.
@@ -149,20 +148,13 @@ impl Ready {
     }
 
     pub(super) fn fault(&self) -> Option<Error> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.fault.take()
     }
 
     /// The pictures at hand, for a batch of fragments.
     pub(super) fn open(&self) -> Vec<Opened<'_>> {
         let opened = self.sources.iter().map(|source| store().open(source));
-        opened.collect::<Result<_>>().unwrap_or_else(|error| {
-            self.keep(error);
-            Vec::new()
-        })
-    }
-
-    fn keep(&self, error: Error) {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        self.fault.sift(opened.collect()).unwrap_or_default()
     }
 
     /// The materials of what a pixel covers, with their shares of it: at least one.
@@ -204,10 +196,8 @@ impl Ready {
                     (footprint.right * size).length().max((footprint.down * size).length());
                 for (four, opened) in shares.chunks_mut(4).zip(opened) {
                     let mut add = |at: &Footprint, filter: Filter, weight: f32| {
-                        let seen = at.see(opened, filter, wrap).unwrap_or_else(|error| {
-                            self.keep(error);
-                            [0.0; 5]
-                        });
+                        let seen = at.see(opened, filter, wrap);
+                        let seen = self.fault.sift(seen).unwrap_or_default();
                         four.iter_mut().zip(seen).for_each(|(share, v)| *share += v * weight);
                     };
                     if texels > f64::from(SIDE) {

@@ -402,6 +402,10 @@ impl Flattening {
         if let Some(domains) = &mut material.domains {
             let in_domains = |e: Error| in_material(Error::invalid(format!("domains: {e}")));
             domains.check().map_err(in_domains)?;
+            if material.alpha_mode != AlphaMode::Opaque {
+                let message = "what is divided is opaque: leave alpha_mode away";
+                return Err(in_domains(Error::invalid(message)));
+            }
             if let Define::Picture(path) = &mut domains.define {
                 *path = file.directory.join(&path).to_string_lossy().into_owned();
             }

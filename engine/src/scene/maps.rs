@@ -4,12 +4,11 @@
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use super::material::{AlphaMode, Map, Material, Picture};
 use super::read::gltf;
 use crate::color::Color;
-use crate::error::{Error, Result};
+use crate::error::{Error, FirstError, Result};
 use crate::fragment::{Columns, Finish, Gloss};
 use crate::image::texels::{self, Texels};
 use crate::key::KeyHasher;
@@ -93,7 +92,7 @@ pub(super) struct Maps {
     /// Whether alpha is that of the pictures.
     is_cut: bool,
     /// The first picture that could not be read.
-    fault: Mutex<Option<Error>>,
+    fault: FirstError,
 }
 
 #[derive(Debug)]
@@ -162,7 +161,7 @@ impl Maps {
         };
         let maps: Vec<Ready> = material.maps.iter().filter_map(ready).collect();
         let is_cut = material.is_cut();
-        (!maps.is_empty()).then(|| Maps { maps, is_cut, fault: Mutex::default() })
+        (!maps.is_empty()).then(|| Maps { maps, is_cut, fault: FirstError::default() })
     }
 
     /// What differs from place to place.
@@ -191,7 +190,7 @@ impl Maps {
 
     /// The first fault since the last time.
     pub(super) fn fault(&self) -> Option<Error> {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).take()
+        self.fault.take()
     }
 
     /// The pictures at hand, for a batch of fragments.
@@ -201,11 +200,7 @@ impl Maps {
 
     fn open_one<'m>(&self, map: &'m Ready) -> Option<Opened<'m>> {
         let (_, source) = map.source.as_ref()?;
-        store().open(source).map_err(|error| self.keep(error)).ok()
-    }
-
-    fn keep(&self, error: Error) {
-        self.fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        self.fault.sift(store().open(source))
     }
 
     /// Changes what is seen of a place.
@@ -311,11 +306,8 @@ impl Maps {
         }
         let nothing = ready.what.nothing();
         let Some(picture) = picture else { return nothing };
-        let [r, g, b, a, covered] =
-            footprint.see(picture, filter, map.mapping.wrap).unwrap_or_else(|error| {
-                self.keep(error);
-                [0.0; 5]
-            });
+        let seen = footprint.see(picture, filter, map.mapping.wrap);
+        let [r, g, b, a, covered] = self.fault.sift(seen).unwrap_or_default();
         let beside = nothing.map(|v| v * (1.0 - covered));
         [r + beside[0], g + beside[1], b + beside[2], a + beside[3]]
     }

@@ -183,14 +183,7 @@ impl Surfaces for SceneSurfaces {
                 None => last.insert(((ordinal, bundle), self.look(ordinal, sees_front, bundle))),
             };
             let is_alike = look.frame.is_none() && look.maps.is_none() && !local && !uv;
-            let world = match (is_alike, fragments.position.get(i)) {
-                (true, _) => DVec3::ZERO,
-                (false, Some(position)) => *position,
-                (false, None) => {
-                    let (x, y) = (fragments.x[i], fragments.y[i]);
-                    fragments.view.world_point(x, y, fragments.depth[i])
-                }
-            };
+            let world = if is_alike { DVec3::ZERO } else { fragments.point(i) };
             if local || uv {
                 let point = look.place.0.transform_point3(world);
                 let scale = look.place.0.matrix3.determinant().abs().cbrt();
@@ -270,10 +263,7 @@ impl Surfaces for SceneSurfaces {
                 opened.push((*number, ready.open()));
                 opened.len() - 1
             });
-            let world = fragments.position.get(i).copied().unwrap_or_else(|| {
-                let (x, y) = (fragments.x[i], fragments.y[i]);
-                fragments.view.world_point(x, y, fragments.depth[i])
-            });
+            let world = fragments.point(i);
             let steps = fragments.footprint(i, world, look.normal);
             let footprint = ready.domains.mapping.footprint(&texture::Place {
                 point: look.place.0.transform_point3(world),

@@ -186,10 +186,7 @@ fn is_width(variable: Variable) -> bool {
 
 /// The sides of what a pixel covers of a fragment's face, in metres.
 fn sides(fragments: &Fragments<'_>, i: usize) -> [f64; 2] {
-    let position = match fragments.position.get(i) {
-        Some(position) => *position,
-        None => fragments.view.world_point(fragments.x[i], fragments.y[i], fragments.depth[i]),
-    };
+    let position = fragments.point(i);
     let facing = fragments.facing.get(i).copied();
     let facing = facing.or_else(|| fragments.normal.get(i).map(|normal| normal.as_dvec3()));
     let facing = facing.unwrap_or_else(|| fragments.to_eye_from(i, position));

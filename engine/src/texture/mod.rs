@@ -8,5 +8,5 @@ mod store;
 
 pub use filter::{Filter, Footprint, Sample, Wrap};
 pub use mapping::{By, Mapping, Place};
-pub use pyramid::{Level, Meaning};
+pub use pyramid::{Level, Meaning, pyramid};
 pub use store::{Opened, Report, Source, Store, store};

@@ -157,7 +157,7 @@ fn shares(many: u32, few: u32) -> Vec<(u32, Vec<f32>)> {
 }
 
 /// All levels of a picture, down to one texel.
-pub(super) fn levels(picture: Texels, meaning: Meaning) -> Vec<Level> {
+pub fn pyramid(picture: Texels, meaning: Meaning) -> Vec<Level> {
     let mut levels = vec![Level::first(picture, meaning)];
     let as_bytes = matches!(levels[0].texels, Stored::Bytes(_));
     // Levels are made of what is exact, and rounded only where they are stored.
@@ -211,7 +211,7 @@ mod tests {
             let bytes = Samples::Bytes(texels.iter().map(code).collect());
             for (picture, within) in [(linear, 1e-5), (Texels { size, samples: bytes }, 3e-3)] {
                 for meaning in [Meaning::Color, Meaning::Numbers] {
-                    let levels = levels(picture.clone(), meaning);
+                    let levels = pyramid(picture.clone(), meaning);
                     let most = size.0.max(size.1);
                     assert_eq!(levels.len() as u32, 32 - most.leading_zeros(), "{size:?}");
                     let whole = mean(&levels[0]);
@@ -231,7 +231,7 @@ mod tests {
         let texels: Vec<[f32; 4]> = picture(16, 16);
         let there = texels.iter().filter(|texel| texel[3] >= 0.4).count() as f32 / 256.0;
         let picture = Texels { size, samples: Samples::Linear(texels) };
-        for level in &levels(picture, Meaning::CutOut(0.4))[1..] {
+        for level in &pyramid(picture, Meaning::CutOut(0.4))[1..] {
             assert!((mean(level)[3] - there).abs() < 1e-5);
         }
     }

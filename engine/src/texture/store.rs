@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use super::pyramid::{self, Level, Meaning};
+use super::pyramid::{Level, Meaning, pyramid};
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::image::texels::{Samples, Texels};
@@ -167,7 +167,7 @@ impl Store {
         if let Some(level) = known {
             return Ok(level);
         }
-        let levels = pyramid::levels((source.read)()?, source.meaning);
+        let levels = pyramid((source.read)()?, source.meaning);
         let levels: Vec<Arc<Level>> = levels.into_iter().map(Arc::new).collect();
         let wanted = (number as usize).min(levels.len() - 1);
         let mut held = self.held();

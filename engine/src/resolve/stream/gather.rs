@@ -1,0 +1,310 @@
+//! Which fragments the rows of a picture have, before any is shaded.
+
+use glam::DVec2;
+use std::ops::Range;
+
+use super::Stream;
+use crate::fragment::{Columns, Fragments};
+use crate::raster::Rows;
+use crate::resolve::Channel;
+use crate::resolve::coverage::Cover;
+use crate::resolve::lit::Spot;
+use crate::resolve::rule::Rate;
+use crate::span::{FaceId, SpanImage};
+
+/// Fragments shaded in one batch, about.
+const BATCH: usize = 4096;
+
+/// Stacks of more layers than this are looked through before they are shaded.
+const DEEP: usize = 8;
+
+/// What is behind layers that let less than this through is not shaded.
+const LEAST_THROUGH: f32 = 1e-4;
+
+/// Faces that lie over each other at a pixel.
+struct Pile {
+    pixel: usize,
+    row: u32,
+    column: u32,
+    area: f32,
+    x: f64,
+    y: f64,
+    /// From front to back.
+    faces: Vec<FaceId>,
+}
+
+/// The fragments of a band of rows.
+#[derive(Debug, Default)]
+pub(super) struct Gathered {
+    /// Faces that are shaded alike all over: first pixel, number of pixels, and their share of each.
+    pub(super) alike: Vec<(FaceId, u32, u32, f32)>,
+    pub(super) batches: Vec<Group>,
+    /// By source: the fragments that lie over each other, to be shaded before they are blended.
+    pub(super) layered: Vec<Group>,
+    pub(super) blends: Vec<Blend>,
+    pub(super) members: Vec<Member>,
+    /// By pixel, the share and the place of the face that covers most of it, if anything wants to know.
+    pub(super) most: Vec<(f32, Point)>,
+    pub(super) errors: Vec<f32>,
+    /// The pixels that show anything selected.
+    pub(super) touched: Vec<u32>,
+}
+
+/// Fragments of one source.
+#[derive(Debug, Default)]
+pub(super) struct Group {
+    pub(super) source: usize,
+    pub(super) ordinal: Vec<u32>,
+    pub(super) sees_front: Vec<bool>,
+    /// x, y and depth.
+    pub(super) points: [Vec<f64>; 3],
+    pub(super) spots: Vec<Spot>,
+    /// The pixel that each fragment belongs to, and its share of it; empty if they are blended first.
+    pub(super) pixels: Vec<(u32, f32)>,
+}
+
+/// A stack's share of a pixel.
+#[derive(Debug)]
+pub(super) struct Blend {
+    pub(super) pixel: usize,
+    pub(super) area: f32,
+    /// Where its fragments stand in the list of members, from front to back.
+    pub(super) members: Range<usize>,
+}
+
+/// A fragment of a stack.
+#[derive(Debug)]
+pub(super) struct Member {
+    pub(super) point: Point,
+    /// Its place in the group of its source.
+    pub(super) source: usize,
+    pub(super) index: usize,
+}
+
+/// A point on a face.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point {
+    pub(super) face: FaceId,
+    pub(super) x: f64,
+    pub(super) y: f64,
+}
+
+impl Stream<'_> {
+    /// Finds the fragments of rows.
+    pub(super) fn gather(&mut self, rows: &Rows) -> Gathered {
+        let width = self.framing.columns.len();
+        let wants_color = self.wants_color();
+        let wants_most =
+            self.channels.iter().any(|c| *c != Channel::Error && !Channel::OF_COLOR.contains(c));
+        let wants_error = self.channels.contains(&Channel::Error);
+        let nothing = (0.0f32, Point { face: FaceId::NONE, x: 0.0, y: 0.0 });
+        let sources = self.image.sources().len();
+        let group = |source| Group { source, ..Group::default() };
+        let mut gathered = Gathered {
+            layered: (0..sources).map(group).collect(),
+            most: vec![nothing; if wants_most { width * rows.len() } else { 0 }],
+            ..Gathered::default()
+        };
+        let mut open: Vec<Group> = (0..sources).map(group).collect();
+        for (i, row) in rows.clone().enumerate() {
+            let mut covers = std::mem::take(&mut self.covers);
+            covers.clear();
+            self.coverage.row(row, &mut covers);
+            let first = i * width;
+            if wants_error {
+                gathered.errors.extend_from_slice(self.coverage.errors());
+            }
+            if let Some(selected) = self.selected {
+                let columns = &self.framing.columns;
+                let mut touched = vec![false; width];
+                selected.keep(&mut covers, row, columns, &self.coverage, &mut touched);
+                let places = (first as u32..).zip(&touched).filter(|(_, is_touched)| **is_touched);
+                gathered.touched.extend(places.map(|(at, _)| at));
+            }
+            let mut deep = Vec::new();
+            for cover in &covers {
+                let start = first + (cover.start - self.framing.columns.start) as usize;
+                if self.coverage.stack(cover.face).is_some() {
+                    self.stack(cover, row, start, &mut deep, &mut gathered);
+                    continue;
+                }
+                if wants_color && cover.face.is_some() {
+                    self.color(cover, row, start, &mut open, &mut gathered);
+                }
+                if wants_most {
+                    for (pixel, at) in (cover.start..cover.end).zip(start..) {
+                        if cover.area > gathered.most[at].0 {
+                            gathered.most[at] = (cover.area, self.point(cover, pixel));
+                        }
+                    }
+                }
+            }
+            self.covers = covers;
+            self.look_through(&mut deep);
+            deep.iter().for_each(|pile| self.lay(pile, &mut gathered));
+        }
+        gathered.batches.extend(open.into_iter().filter(|group| !group.ordinal.is_empty()));
+        gathered
+    }
+
+    /// The point of the raster at which a cover is shaded in one of its pixels.
+    fn point(&self, cover: &Cover, pixel: u32) -> Point {
+        let x = cover.x + f64::from(pixel - cover.start);
+        Point { face: cover.face, x: (x - self.framing.pan.x) / self.framing.scale.x, y: cover.y }
+    }
+
+    /// Adds the pixels of a cover to what is alike all over, or to the batch of its source.
+    fn color(
+        &self,
+        cover: &Cover,
+        row: u32,
+        start: usize,
+        open: &mut [Group],
+        gathered: &mut Gathered,
+    ) {
+        if self.intensities.of(cover.face).is_some() {
+            let count = cover.end - cover.start;
+            gathered.alike.push((cover.face, start as u32, count, cover.area));
+            return;
+        }
+        let (source, _) = self.image.locate(cover.face);
+        let group = &mut open[source];
+        for (pixel, at) in (cover.start..cover.end).zip(start..) {
+            let point = self.point(cover, pixel);
+            let is_whole = cover.area == 1.0;
+            if self.framing.shading == Rate::Line {
+                let lines =
+                    self.shadows.by_line(&Spot { row, column: pixel, face: cover.face, is_whole });
+                let all: f64 = lines.iter().map(|(_, weight)| weight).sum();
+                for ([x, y], weight) in &lines {
+                    group.push(self.image, Point { x: *x, y: *y, ..point }, row, pixel, is_whole);
+                    group.pixels.push((at as u32, cover.area * (weight / all) as f32));
+                }
+                // By its slopes a face may reach into a pixel where no line meets it.
+                if lines.is_empty() {
+                    group.push(self.image, point, row, pixel, is_whole);
+                    group.pixels.push((at as u32, cover.area));
+                }
+            } else {
+                group.push(self.image, point, row, pixel, is_whole);
+                group.pixels.push((at as u32, cover.area));
+            }
+            if group.pixels.len() >= BATCH {
+                let full = std::mem::replace(group, Group { source, ..Group::default() });
+                gathered.batches.push(full);
+            }
+        }
+    }
+
+    /// Adds the fragments of a cover whose faces lie over each other to the groups of their sources, or to
+    /// the deep ones, of which not all may be seen.
+    fn stack(
+        &self,
+        cover: &Cover,
+        row: u32,
+        start: usize,
+        deep: &mut Vec<Pile>,
+        gathered: &mut Gathered,
+    ) {
+        let faces = self.coverage.stack(cover.face).unwrap_or(&[]);
+        for (column, pixel) in (cover.start..cover.end).zip(start..) {
+            let Point { x, y, .. } = self.point(cover, column);
+            let faces = faces.to_vec();
+            let pile = Pile { pixel, row, column, area: cover.area, x, y, faces };
+            if self.hides && pile.faces.len() > DEEP {
+                deep.push(pile);
+            } else {
+                self.lay(&pile, gathered);
+            }
+        }
+    }
+
+    /// Adds the fragments of a pile to the groups of their sources.
+    fn lay(&self, pile: &Pile, gathered: &mut Gathered) {
+        let Pile { pixel, row, column, area, x, y, .. } = *pile;
+        let first = gathered.members.len();
+        for face in &pile.faces {
+            let (source, _) = self.image.locate(*face);
+            let group = &mut gathered.layered[source];
+            let point = Point { face: *face, x, y };
+            gathered.members.push(Member { point, source, index: group.ordinal.len() });
+            group.push(self.image, point, row, column, area == 1.0);
+        }
+        let members = first..gathered.members.len();
+        gathered.blends.push(Blend { pixel, area, members });
+    }
+
+    /// Takes from piles what is behind layers that let nothing through: layer by layer of all piles, only
+    /// how much each hides is asked.
+    fn look_through(&self, piles: &mut [Pile]) {
+        let view = self.image.view();
+        let mut left = vec![1.0f32; piles.len()];
+        let mut open: Vec<usize> = (0..piles.len()).collect();
+        let mut depth = 0;
+        while !open.is_empty() {
+            let mut batches: Vec<(Fragments<'_>, Vec<usize>)> = Vec::new();
+            batches.resize_with(self.image.sources().len(), || (Fragments::new(view), Vec::new()));
+            for at in &open {
+                let pile = &piles[*at];
+                let (source, place) = self.image.locate(pile.faces[depth]);
+                let face = &self.image.sources()[source].faces.faces()[place];
+                let (batch, places) = &mut batches[source];
+                let (x, y) = (pile.x, pile.y);
+                batch.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
+                places.push(*at);
+            }
+            for (source, (mut batch, places)) in batches.into_iter().enumerate() {
+                if places.is_empty() {
+                    continue;
+                }
+                batch.pixel = DVec2::ONE / self.framing.scale;
+                batch.textures = self.framing.textures;
+                self.image.sources()[source].fill(Columns::COLOR, &mut batch);
+                for (at, alpha) in places.iter().zip(&batch.alpha) {
+                    left[*at] *= 1.0 - alpha;
+                }
+            }
+            depth += 1;
+            open.retain(|at| {
+                let pile = &mut piles[*at];
+                if left[*at] < LEAST_THROUGH {
+                    pile.faces.truncate(depth);
+                }
+                depth < pile.faces.len()
+            });
+        }
+    }
+}
+
+impl Gathered {
+    pub(super) fn bytes(&self) -> usize {
+        let groups = self.batches.iter().chain(&self.layered);
+        let of_groups: usize = groups.map(Group::bytes).sum();
+        of_groups
+            + size_of_val(&*self.alike)
+            + size_of_val(&*self.blends)
+            + size_of_val(&*self.members)
+            + size_of_val(&*self.most)
+            + size_of_val(&*self.errors)
+            + size_of_val(&*self.touched)
+    }
+}
+
+impl Group {
+    fn bytes(&self) -> usize {
+        size_of_val(&*self.ordinal)
+            + size_of_val(&*self.sees_front)
+            + self.points.iter().map(|column| size_of_val(&**column)).sum::<usize>()
+            + size_of_val(&*self.spots)
+            + size_of_val(&*self.pixels)
+    }
+
+    fn push(&mut self, image: &SpanImage, point: Point, row: u32, column: u32, is_whole: bool) {
+        let (_, face) = image.face(point.face);
+        self.ordinal.push(face.ordinal);
+        self.sees_front.push(face.sees_front);
+        let place = [point.x, point.y, face.plane.depth(point.x, point.y)];
+        self.points.iter_mut().zip(place).for_each(|(column, value)| column.push(value));
+        self.spots.push(Spot { row, column, face: point.face, is_whole });
+    }
+}
