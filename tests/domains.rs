@@ -11,7 +11,7 @@ use spandrel_engine::resolve::{Channel, Framing, Rate, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Define, Document, Domains, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides,
 };
-use spandrel_engine::shade::{Illuminate, Shadows, Trace};
+use spandrel_engine::shade::{Illuminate, Shadows, Stream, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture::{By, Mapping};
 use spandrel_engine::trace::Accelerator;
@@ -235,6 +235,32 @@ fn every_bundle_is_shaded_by_its_own_model() {
             assert!(between < of_first + of_second, "{between}");
         }
     }
+}
+
+#[test]
+fn programs_know_materials_by_name_and_bundles_are_materials() {
+    let dark = unlit(Color::grey(0.2));
+    let table = [(0, "red brick"), (1, "grout")];
+    let materials = [
+        ("floor", divided(Define::Checker, 2.0, &table)),
+        ("red brick", dark.clone()),
+        ("grout", dark),
+    ];
+    let scene = floor(3.0, &materials).unwrap();
+    let code = "color = material('red*') ? [1, 0, 0] : material('grout') ? [0, 1, 0] : [0, 0, 1];";
+    let stream = Stream::new(code, BTreeMap::new(), BTreeMap::new()).unwrap();
+    let by_name = shown(&spans(&scene, &above(3.0, 64)).shaded(Arc::new(stream)).unwrap());
+    let materials = [
+        ("floor", divided(Define::Checker, 2.0, &table)),
+        ("red brick", red()),
+        ("grout", green()),
+    ];
+    let plain = shown(&spans(&floor(3.0, &materials).unwrap(), &above(3.0, 64)));
+    let (by_name, plain) = (by_name.unwrap(), plain.unwrap());
+    for (a, b) in by_name.pixels().zip(plain.pixels()) {
+        assert!((0..4).all(|k| (a[k] - b[k]).abs() < 1e-6), "{a:?} {b:?}");
+    }
+    assert!(plain.pixels().any(|p| p[0] == 1.0) && plain.pixels().any(|p| p[1] == 1.0));
 }
 
 #[test]

@@ -77,6 +77,15 @@ fn faults_say_where_they_are_and_what_helps() {
     fault(&file, "\"cam.ron\"", &["cannot be read from"]);
     let near = nodes("\"s\": Scanline(scene: \"tests/graf.rs\", camera: \"s\")");
     assert!(faults(&near)[0].is_input);
+    let scene = "\"eye\": Camera(), \"s\": Scanline(scene: \"tests/graph.rs\", camera: \"eye\"), ";
+    for (code, blamed) in [
+        ("\"a = 1;\\n color = b + a;\"", "b"),
+        ("r#\"color = object(\"x\") + ;\"#", ";"),
+        ("\"\\\"\"", "\\"),
+    ] {
+        let text = nodes(&format!("{scene}\"f\": Stream(image: \"s\", code: {code}, frame: 3)"));
+        fault(&text, blamed, &["`code`: line"]);
+    }
     let lost = nodes("\"r\": ReadScene(file: \"tests/graf.rs\")");
     fault(&lost, "\"tests/graf.rs\"", &["no file", "did you mean \"graph.rs\""]);
     let picture = |fields| {

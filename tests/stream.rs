@@ -5,7 +5,7 @@
 
 use glam::{DVec2, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
-use spandrel_engine::color::Color;
+use spandrel_engine::color::{Color, Kind};
 use spandrel_engine::image::Image;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
@@ -27,7 +27,7 @@ fn program(code: &str) -> Result<Program, String> {
         ("scale".to_owned(), Parameter::Number(2.5)),
         ("tint".to_owned(), Parameter::Color(Color::new(0.2, 0.4, 0.6))),
     ]);
-    Program::new(code, &parameters).map_err(|error| error.to_string())
+    Program::new(code, &parameters, &BTreeMap::new()).map_err(|error| error.to_string())
 }
 
 /// What a program makes where P is (1, 2, 3) and a pixel covers so much.
@@ -47,7 +47,7 @@ fn seen(code: &str, width: f32) -> [f32; 3] {
 
 #[test]
 fn expressions_mean_what_they_mean_by_hand() {
-    let cases: [(&str, f32); 48] = [
+    let cases: [(&str, f32); 56] = [
         ("1 + 2 * 3", 7.0),
         ("(1 + 2) * 3", 9.0),
         ("2 ^ 3 ^ 2", 512.0),
@@ -95,6 +95,15 @@ fn expressions_mean_what_they_mean_by_hand() {
         ("gaussstep(0.5, 0, 1)", 0.25),
         ("gaussstep(2, 0, 1)", 1.0),
         ("fmod(-1, 3)", 2.0),
+        ("remap(5.5, 5, 1, 2, 0)", 1.0),
+        ("remap(7, 5, 1, 2, 0)", 0.5),
+        ("remap(3.5, 5, 1, 2, 0)", 0.75),
+        ("remap(7.5, 5, 1, 2, 1)", 0.15625),
+        ("remap(7, 5, 1, 2, 2)", 0.25),
+        ("remap(9, 5, 1, 2, 2) + remap(0, 5, 1, 2, 1)", 0.0),
+        ("remap(6, 5, 1, 0, 0) - remap(6.1, 5, 1, 0, 0)", 1.0),
+        // Whichever of two sums is done in one go with its user.
+        ("(P.x - P.y) - (P.z - depth) + (3 - P.x * P.y) * P.z", 6.0),
         ("x1 = 1; if (P.x > 0) { x1 = 5; } else { x1 = 6; } x1", 5.0),
     ];
     for (code, expected) in cases {
@@ -146,6 +155,8 @@ fn texts_that_are_no_programs_are_told_where() {
         ("scale.x", "a number has no parts"),
         ("[P, 1, 2]", "three numbers"),
         ("voronoi(P, 9)", "1, 2, 3 or 4"),
+        ("remap(P, 1, 1, 1, 3)", "0, 1 or 2"),
+        ("material(P)", "material wants a name in quotes"),
         ("def f(a) { f(a) } f(1)", "calls itself"),
         ("def f(a) { a = 1; } f(1)", "must end with a value"),
         ("def sin(a) { a } sin(1)", "already"),
@@ -182,7 +193,7 @@ fn texts_that_are_no_programs_are_told_where() {
     }
     assert!(program(&(code + "f30(1)")).unwrap_err().contains("too long"));
     let given = BTreeMap::from([("color".to_owned(), Parameter::Number(1.0))]);
-    let error = Program::new("color = 1;", &given).unwrap_err().to_string();
+    let error = Program::new("color = 1;", &given, &BTreeMap::new()).unwrap_err().to_string();
     assert!(error.contains("the name of a variable"), "{error}");
     // Functions that double what they are given, thirty times: too much, and told so at once.
     let mut code = "def f0(a) { noise(a + P) + noise(a * P) }\n".to_owned();
@@ -224,7 +235,7 @@ fn shown(image: &SpanImage, channels: &[Channel]) -> Image {
 }
 
 fn streamed(image: &SpanImage, code: &str) -> SpanImage {
-    image.shaded(Arc::new(Stream::new(code, BTreeMap::new()).unwrap())).unwrap()
+    image.shaded(Arc::new(Stream::new(code, BTreeMap::new(), BTreeMap::new()).unwrap())).unwrap()
 }
 
 fn named(label: &str, of: &Arc<Scene>) -> Arc<Scene> {
@@ -314,6 +325,76 @@ fn places_are_those_of_the_picture_and_layers_go_on_summing() {
         let sum: f32 = parts.iter().map(|part| part[at]).sum();
         assert!((sum - red).abs() < 1e-5, "{at}: {sum} {red}");
     }
+}
+
+fn told(image: &SpanImage, code: &str, channels: &[&str]) -> Result<SpanImage, String> {
+    let kind = |name: &str| if name == "way" { Kind::Color } else { Kind::Number };
+    let channels = channels.iter().map(|name| ((*name).to_owned(), kind(name))).collect();
+    let stream = Stream::new(code, BTreeMap::new(), channels).map_err(|fault| fault.to_string())?;
+    image.shaded(Arc::new(stream)).map_err(|error| error.to_string())
+}
+
+#[test]
+fn channels_go_from_program_to_program_and_into_the_picture() {
+    let view = front_view(120, 80);
+    let spans = |label: &str, seed: u64| {
+        let scene = named(label, &scene("", random_faces(seed, 20)));
+        visible::render(&[scene.into()], &view, RULE.plan().unwrap(), 0..80).unwrap()
+    };
+    let both = SpanImage::merge(&[spans("town", 3), spans("trees", 4)]).unwrap();
+    let made =
+        told(&both, "if (object('trees*')) { wet = 0.5; way = [depth, 1, 0]; }", &["wet", "way"])
+            .unwrap();
+    let after = told(&made, "color = wet > 0 ? [way.x, wet, way.y] : [0, 0, 0];", &["wet", "way"]);
+    let after = after.unwrap();
+    let picture = shown(&after, &[Channel::Color, Channel::Made]);
+    // What a later program reads of them is what was made, at the very fragments, and so is what is resolved.
+    let value = |name: &str| picture.float(name).unwrap();
+    assert_eq!(
+        (value("R"), value("G"), value("B")),
+        (value("way.R"), value("wet"), value("way.G"))
+    );
+    assert!(value("way.B").iter().all(|v| *v == 0.0));
+    // Alone and covered by the other, the trees cover what their channel says.
+    let held = streamed(&both, "color = object('trees*') ? 1 : 0;");
+    let held = shown(&held, &[Channel::Color]);
+    for (way, covered) in value("way.G").iter().zip(held.float("R").unwrap()) {
+        assert!((way - covered).abs() < 1e-6);
+    }
+    assert!(value("wet").contains(&0.5) && value("wet").contains(&0.0));
+    // Those that nobody made, or nobody may make.
+    let error = told(&made, "color = dry;", &["dry"]).unwrap_err();
+    assert!(
+        error.contains("no node before makes the channel \"dry\"") && error.contains("way, wet")
+    );
+    assert!(told(&made, "dry = dry + 1;", &["dry"]).is_ok());
+    assert!(
+        told(&made, "N1 = 1;", &["N1", "P"]).unwrap_err().contains("the name of something else")
+    );
+    assert!(told(&made, "N1 = 1;", &["N1", "a-b"]).unwrap_err().contains("letters, digits"));
+    assert!(told(&made, "b = P;", &["b"]).unwrap_err().contains("is given a vector"));
+    assert!(told(&made, "a = 1;", &["b"]).unwrap_err().contains("makes nothing"));
+}
+
+#[test]
+fn coverage_is_the_share_of_the_pixel_and_objects_have_numbers() {
+    let view = front_view(60, 40);
+    let triangle = vec![v(-3.1, -1.7, 0.0), v(2.9, -1.1, 0.0), v(0.3, 2.3, 0.0)];
+    let scene = named("one", &scene("", polygons(&[triangle])));
+    let image = visible::render(&[scene.into()], &view, RULE.plan().unwrap(), 0..40).unwrap();
+    let picture =
+        shown(&streamed(&image, "color = [coverage, object, 1];"), &[Channel::Color, Channel::Id]);
+    let value = |name: &str| picture.float(name).unwrap();
+    let mut partial = 0;
+    for at in 0..60 * 40 {
+        let alpha = value("A")[at];
+        assert!((value("R")[at] - alpha * alpha).abs() < 1e-6, "{at}");
+        partial += usize::from(alpha > 0.01 && alpha < 0.99);
+    }
+    assert!(partial > 30, "{partial}");
+    let id = *picture.names.keys().next().unwrap();
+    let middle = 20 * 60 + 30;
+    assert_eq!((value("A")[middle], value("G")[middle]), (1.0, (id >> 8) as f32));
 }
 
 #[test]

@@ -186,6 +186,17 @@ pub fn decode_srgb(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { math::powf((encoded + 0.055) / 1.055, 2.4) }
 }
 
+/// What a named value is: one number, or three.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
+pub enum Kind {
+    /// One number.
+    Number,
+    /// Three: a colour, or a vector.
+    Color,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

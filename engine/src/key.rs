@@ -28,6 +28,12 @@ impl Key {
         hasher.finish()
     }
 
+    /// A number that belongs to a name, 1 to 2^32 - 1: the same in every frame and every program.
+    pub fn id_of_name(name: &str) -> u32 {
+        let [a, b, c, d, ..] = Key::of_bytes(name.as_bytes()).to_bytes();
+        u32::from_be_bytes([a, b, c, d]).max(1)
+    }
+
     /// The key's 16 bytes, big end first.
     pub fn to_bytes(self) -> [u8; 16] {
         self.0.to_be_bytes()

@@ -1,6 +1,7 @@
 //! Fragments, many at a time.
 
 use glam::{DVec2, DVec3, Vec3};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::surfaces::object_name;
@@ -51,6 +52,11 @@ pub struct Fragments<'v> {
     pub uv: Vec<Uv>,
     /// The names of objects, with their source's before them ([`Columns::NAMES`]).
     pub names: Vec<Arc<str>>,
+    /// The names of materials ([`Columns::MATERIALS`]).
+    pub materials: Vec<Arc<str>>,
+    /// What shaders made beside colours, by name: three numbers for each fragment. One that no shader made is not
+    /// there, and is 0.
+    pub channels: BTreeMap<String, Vec<Color>>,
     /// The bundle of each, where its face is divided into domains; empty if none is. See
     /// [`Surfaces::divide`].
     pub bundle: Vec<Option<u32>>,
@@ -139,6 +145,8 @@ impl<'v> Fragments<'v> {
             local: Vec::new(),
             uv: Vec::new(),
             names: Vec::new(),
+            materials: Vec::new(),
+            channels: BTreeMap::new(),
             bundle: Vec::new(),
             label: String::new(),
             sight: None,
@@ -308,6 +316,8 @@ impl<'v> Fragments<'v> {
             sums
         };
         self.color = sums(&of.color);
+        let channels = of.channels.iter();
+        self.channels = channels.map(|(name, values)| (name.clone(), sums(values))).collect();
         if let (Some(own), Some(layers)) = (&mut self.layers, &of.layers) {
             own.clear();
             for (name, colors) in layers.iter() {
@@ -342,16 +352,15 @@ impl<'v> Fragments<'v> {
             self.alpha.resize(self.len(), 1.0);
         }
         if wanted.contains(Columns::NAMES) {
-            let mut last: Option<(u32, Arc<str>)> = None;
-            for ordinal in &self.ordinal {
-                let known = last.take().filter(|(known, _)| known == ordinal);
-                let (_, name) = known.unwrap_or_else(|| {
-                    let path = surfaces.object(*ordinal);
-                    (*ordinal, object_name(&self.label, &path).into())
-                });
-                self.names.push(name.clone());
-                last = Some((*ordinal, name));
-            }
+            let ordinals = self.ordinal.iter().copied();
+            self.names =
+                named(ordinals, |at| object_name(&self.label, &surfaces.object(at)).into());
+        }
+        if wanted.contains(Columns::MATERIALS) {
+            let bundle = |i: usize| self.bundle.get(i).copied().flatten();
+            let sides = (0..self.len()).map(|i| (self.ordinal[i], self.sees_front[i], bundle(i)));
+            self.materials =
+                named(sides, |(at, front, bundle)| surfaces.material(at, front, bundle).into());
         }
         if wanted.contains(Columns::FINISH) {
             self.finish.resize(self.len(), Finish::default());
@@ -360,4 +369,18 @@ impl<'v> Fragments<'v> {
             layers.layer(Layers::REST, self.color.len()).copy_from_slice(&self.color);
         }
     }
+}
+
+/// The names of things; those that are alike stand together.
+fn named<T: PartialEq + Copy>(
+    things: impl Iterator<Item = T>,
+    name: impl Fn(T) -> Arc<str>,
+) -> Vec<Arc<str>> {
+    let mut last: Option<(T, Arc<str>)> = None;
+    let one = |thing| {
+        let known = last.take().filter(|(known, _)| *known == thing);
+        let (_, name) = known.unwrap_or_else(|| (thing, name(thing)));
+        last.insert((thing, name)).1.clone()
+    };
+    things.map(one).collect()
 }

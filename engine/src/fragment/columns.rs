@@ -37,9 +37,14 @@ impl Columns {
     pub const UV: Columns = Columns(512);
     /// The names of objects.
     pub const NAMES: Columns = Columns(1024);
+    /// The names of materials.
+    pub const MATERIALS: Columns = Columns(2048);
+    /// The share of its pixel that a fragment covers. No column of fragments: what is
+    /// [around](super::Batch::coverage) them tells it.
+    pub const COVERAGE: Columns = Columns(4096);
 
     /// What differs from place to place on every face.
-    pub const PLACE: Columns = Columns(4 | 8 | 64 | 256 | 512);
+    pub const PLACE: Columns = Columns(4 | 8 | 64 | 256 | 512 | 4096);
 
     /// Whether every column of `other` is in this set.
     pub fn contains(self, other: Columns) -> bool {

@@ -23,6 +23,11 @@ impl Layers {
         self.0.iter().map(|(name, colors)| (name.as_str(), &colors[..]))
     }
 
+    /// The layer of a name, if there is one.
+    pub fn get(&self, name: &str) -> Option<&[Color]> {
+        self.iter().find(|(known, _)| *known == name).map(|(_, colors)| colors)
+    }
+
     /// The layer of a name, black at first, of so many fragments.
     pub fn layer(&mut self, name: &str, count: usize) -> &mut [Color] {
         let known = self.0.iter().position(|(known, _)| known == name);

@@ -5,6 +5,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use super::{Columns, Fragments, Stage, World};
+use crate::color::Kind;
 use crate::key::Key;
 use crate::trace::{Reductions, Toward};
 
@@ -31,6 +32,16 @@ pub trait Shader: Send + Sync + Debug {
 
     /// The names of the [layers](Fragments::layers) that it makes.
     fn layers(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// The [channels](Fragments::channels) that it makes, by name.
+    fn makes_channels(&self) -> Vec<(String, Kind)> {
+        Vec::new()
+    }
+
+    /// The names of the channels that a shader before it must have made.
+    fn reads_channels(&self) -> Vec<String> {
         Vec::new()
     }
 
@@ -90,6 +101,11 @@ pub trait Batch {
 
     /// Counts what was done, by a name that people read.
     fn count(&self, _what: &'static str, _number: u64) {}
+
+    /// The share of its pixel that a fragment covers, 0 to 1.
+    fn coverage(&self, _fragment: usize) -> f32 {
+        1.0
+    }
 
     /// What a fragment covers of the screen: pieces of lines, in pixels of the raster. Empty if it is but
     /// its point.

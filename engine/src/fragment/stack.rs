@@ -221,6 +221,11 @@ impl Batch for Divided<'_> {
         self.outer.count(what, number);
     }
 
+    fn coverage(&self, fragment: usize) -> f32 {
+        let (at, _, share) = self.parts[fragment];
+        self.outer.coverage(at) * share
+    }
+
     fn pieces(&self, fragment: usize) -> Vec<Piece> {
         self.outer.pieces(self.parts[fragment].0)
     }

@@ -59,6 +59,11 @@ pub trait Surfaces: Any + Send + Sync + Debug {
     /// The name of the object that a face belongs to, as a path such as `"car/wheel 2"`.
     fn object(&self, ordinal: u32) -> String;
 
+    /// The name of the material that is seen of a face, or of its bundle where it is divided; empty if it has none.
+    fn material(&self, _ordinal: u32, _sees_front: bool, _bundle: Option<u32>) -> String {
+        String::new()
+    }
+
     /// Whether it can fill the columns `wanted`; all can, unless their scene is not there.
     ///
     /// # Errors

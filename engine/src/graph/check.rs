@@ -187,7 +187,9 @@ impl Check<'_> {
             && let Err(fault) = node.check()
         {
             let message = format!("`{}`: {}", fault.field, fault.message);
-            self.faults.push(Diagnostic::error(raw.field(fault.field), message));
+            let span = fault.at.and_then(|at| raw.inside(fault.field, at));
+            let span = span.unwrap_or_else(|| raw.field(fault.field));
+            self.faults.push(Diagnostic::error(span, message));
         }
         self.nodes.push(Checked { id: raw.id.clone(), kind, node, files, links: Vec::new() });
     }

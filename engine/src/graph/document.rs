@@ -164,6 +164,14 @@ impl RawNode {
         }
     }
 
+    /// Where a byte of a field's text stands in the document, if the field is a text of the document.
+    pub fn inside(&self, field: &str, byte: usize) -> Option<Range<usize>> {
+        let span = field_span(&self.text, field).filter(|_| self.settings.is_empty())?;
+        let start = self.span.start + span.start;
+        let at = start + offset_in_text(&self.text[span.clone()], byte)?;
+        Some(at..(at + 1).min(start + span.len()))
+    }
+
     /// What a field says, if it is there.
     pub fn value(&self, field: &str) -> Option<&str> {
         field_span(&self.text, field).map(|span| &self.text[span])
@@ -319,19 +327,68 @@ fn skip_blank(text: &str, mut i: usize) -> usize {
     }
 }
 
+/// Where a text in quotes ends that begins at a place, plain or raw (`r#".."#`).
+fn text_end(text: &str, start: usize) -> Option<usize> {
+    let rest = &text.as_bytes()[start..];
+    if rest.first() == Some(&b'"') {
+        let mut i = 1;
+        while i < rest.len() && rest[i] != b'"' {
+            i += 1 + usize::from(rest[i] == b'\\');
+        }
+        return Some((start + i + 1).min(text.len()));
+    }
+    let is_in_word = text[..start].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+    let marks = rest.strip_prefix(b"r").filter(|_| !is_in_word)?;
+    let marks = marks.iter().take_while(|c| **c == b'#').count();
+    let first = start + 1 + marks;
+    if text.as_bytes().get(first) != Some(&b'"') {
+        return None;
+    }
+    let closing = format!("\"{}", "#".repeat(marks));
+    let end = text[first + 1..].find(&closing);
+    Some(end.map_or(text.len(), |end| first + 1 + end + closing.len()))
+}
+
+/// Where a byte of a text stands in what the document says for it, quotes and escapes included.
+fn offset_in_text(written: &str, byte: usize) -> Option<usize> {
+    if written.starts_with('r') {
+        let open = written.find('"')? + 1;
+        return (open + byte < written.len()).then_some(open + byte);
+    }
+    let body = written.strip_prefix('"')?;
+    let (mut i, mut meant) = (0, 0);
+    while meant < byte {
+        let first = body[i..].chars().next()?;
+        if first != '\\' {
+            (i, meant) = (i + first.len_utf8(), meant + first.len_utf8());
+            continue;
+        }
+        let escape = &body[i + 1..];
+        let (written, value) = match escape.chars().next()? {
+            'x' => (3, u32::from_str_radix(escape.get(1..3)?, 16).ok()?),
+            'u' => {
+                let end = escape.find('}')?;
+                (end + 1, u32::from_str_radix(escape.get(2..end)?, 16).ok()?)
+            }
+            other => (other.len_utf8(), 0),
+        };
+        i += 1 + written;
+        meant += char::from_u32(value)?.len_utf8();
+    }
+    Some(1 + i)
+}
+
 /// Where a value ends: at a comma or a closing bracket of the structure around it.
 fn value_end(text: &str, start: usize) -> usize {
     let bytes = text.as_bytes();
     let mut depth = 0;
     let mut i = start;
     while i < bytes.len() {
+        if let Some(end) = text_end(text, i) {
+            i = end;
+            continue;
+        }
         match bytes[i] {
-            b'"' => {
-                i += 1;
-                while i < bytes.len() && bytes[i] != b'"' {
-                    i += 1 + usize::from(bytes[i] == b'\\');
-                }
-            }
             b'/' if bytes.get(i + 1) == Some(&b'/') || bytes.get(i + 1) == Some(&b'*') => {
                 i = skip_blank(text, i);
                 continue;
@@ -383,6 +440,21 @@ mod tests {
         assert_eq!(document.nodes[0].text, "K(a: 2, b: 3)");
         assert_eq!(document.nodes[1].text, "K( a: 4)");
         assert!(document.set("o", "a", "1").unwrap_err().contains("there is no node"));
+    }
+
+    #[test]
+    fn texts_are_passed_whole_and_their_bytes_found() {
+        let text = r###"K(a: r#"x("y)") // ,"#, b: "q\"\u{e9}(z", c: 3)"###;
+        let at = |field: &str| field_span(text, field).map(|span| &text[span]);
+        assert_eq!(at("a"), Some(r###"r#"x("y)") // ,"#"###));
+        assert_eq!(at("b"), Some(r#""q\"\u{e9}(z""#));
+        assert_eq!(at("c"), Some("3"));
+        let raw = at("a").unwrap();
+        assert_eq!(&raw[offset_in_text(raw, 4).unwrap()..][..2], ")\"");
+        // q"é(z: the z is byte 5.
+        let plain = at("b").unwrap();
+        assert_eq!(&plain[offset_in_text(plain, 5).unwrap()..], "z\"");
+        assert_eq!((offset_in_text(plain, 900), offset_in_text(raw, 900)), (None, None));
     }
 
     #[test]

@@ -102,12 +102,20 @@ pub struct FieldError {
     pub field: &'static str,
     /// What is wrong, and the cure.
     pub message: String,
+    /// The byte of its text where it is wrong, if it is a text and that is known.
+    pub at: Option<usize>,
 }
 
 impl FieldError {
     /// A fault of a field.
     pub fn new(field: &'static str, message: impl Into<String>) -> FieldError {
-        FieldError { field, message: message.into() }
+        FieldError { field, message: message.into(), at: None }
+    }
+
+    /// A fault at a byte of a field's text.
+    #[must_use]
+    pub fn at(self, byte: usize) -> FieldError {
+        FieldError { at: Some(byte), ..self }
     }
 }
 

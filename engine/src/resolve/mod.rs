@@ -32,6 +32,7 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use crate::color::Kind;
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Layers, Stage};
 use crate::image::{Image, Samples};
@@ -73,6 +74,9 @@ pub enum Channel {
     /// `light_NAME.R`, `.G`, `.B` for each light: what it adds to the colour, as it is shown; and
     /// `rest.R`, `.G`, `.B`, what comes from none. They sum to the colour.
     Light,
+    /// `NAME`, or `NAME.R`, `.G`, `.B`, for each channel that programs made of fragments (the node `Stream`),
+    /// resolved as the colour is: the mean over the pixel, nothing where nothing is.
+    Made,
     /// `light_error.R`, `.G`, `.B`: an estimate of the error of light that is found by samples, soft light and
     /// that of `Rays`: by how much the colour may be off, as the standard deviation of as many random
     /// samples, of which those taken are mostly better. One sample estimates nothing, and is taken to be off by
@@ -87,7 +91,17 @@ pub enum Channel {
 
 impl Channel {
     /// Those for which fragments are shaded.
-    const OF_COLOR: [Channel; 3] = [Channel::Color, Channel::Light, Channel::LightError];
+    const OF_COLOR: [Channel; 4] =
+        [Channel::Color, Channel::Light, Channel::Made, Channel::LightError];
+}
+
+/// Three numbers for each pixel beside its colour.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Layer {
+    /// What a light gives, by its name.
+    Light(String),
+    /// A channel that programs made.
+    Made(String, Kind),
 }
 
 /// Resolves an image into a picture with the given channels. Colour is the mean over the pixel; all
@@ -214,17 +228,21 @@ fn paint(
     }
     let index = rule.tolerance().map(|_| Index::new(image));
     let window = framing.window();
-    let mut names_of_layers = Vec::new();
+    let mut wanted = Vec::new();
     if channels.contains(&Channel::LightError) {
-        names_of_layers.push(Layers::ERROR.to_owned());
+        wanted.push(Layer::Light(Layers::ERROR.to_owned()));
     }
     if channels.contains(&Channel::Light) {
-        names_of_layers.extend(layers(image));
+        wanted.extend(lights(image).into_iter().map(Layer::Light));
+    }
+    if channels.contains(&Channel::Made) {
+        wanted
+            .extend(image.made_channels().into_iter().map(|(name, kind)| Layer::Made(name, kind)));
     }
     let nothing = Intensities::new(vec![None; image.face_count()]);
     // What is kept of faces has no layers.
     let intensities = match framing.shading {
-        _ if !names_of_layers.is_empty() => Arc::new(nothing),
+        _ if !wanted.is_empty() => Arc::new(nothing),
         Rate::Face => intensity::of_all(image),
         Rate::Pixel | Rate::Line => intensity::of(image),
     };
@@ -237,7 +255,7 @@ fn paint(
     let mut z = float(Channel::Z);
     let mut error = float(Channel::Error);
     let mut id = vec![0u32; area(Channel::Id)];
-    let mut layers = vec![vec![0.0f32; window.area()]; 3 * names_of_layers.len()];
+    let mut layers = vec![vec![0.0f32; window.area()]; 3 * wanted.len()];
     let bands = window.height.div_ceil(BAND) as usize;
     let mut parts: Vec<Pixels<'_>> = (0..bands).map(|_| Pixels::default()).collect();
     let rows = BAND as usize * window.width as usize;
@@ -261,7 +279,7 @@ fn paint(
                     coverage = coverage.with_estimates();
                 }
                 Stream::new(image, rule, framing, &intensities, channels, coverage)
-                    .with_layers(&names_of_layers)
+                    .with_layers(&wanted)
                     .with_selected(selected)
             },
             |stream, (band, part)| {
@@ -295,9 +313,14 @@ fn paint(
         }
     }
     let mut layers = layers.into_iter();
-    for name in layer_names(&names_of_layers) {
+    for (name, layer) in layer_names(&wanted).iter().zip(&wanted) {
+        let is_number = matches!(layer, Layer::Made(_, Kind::Number));
         for (axis, values) in ["R", "G", "B"].into_iter().zip(layers.by_ref()) {
-            picture.insert(&format!("{name}.{axis}"), Samples::Float(values))?;
+            match axis {
+                "R" if is_number => picture.insert(name, Samples::Float(values))?,
+                _ if is_number => {}
+                _ => picture.insert(&format!("{name}.{axis}"), Samples::Float(values))?,
+            }
         }
     }
     if channels.contains(&Channel::Id) {
@@ -312,8 +335,8 @@ fn paint(
     Ok((picture, touched))
 }
 
-/// The names of all layers of an image.
-fn layers(image: &SpanImage) -> Vec<String> {
+/// The names of all layers of light of an image.
+fn lights(image: &SpanImage) -> Vec<String> {
     let mut names = Vec::new();
     image.sources().iter().for_each(|source| add_layers(&source.stack, &mut names));
     names.sort();
@@ -333,14 +356,17 @@ fn add_layers(stack: &[Stage], names: &mut Vec<String>) {
 }
 
 /// The names of layers as compositors take them: letters, digits and `_`, no two alike.
-fn layer_names(names: &[String]) -> Vec<String> {
+fn layer_names(layers: &[Layer]) -> Vec<String> {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
     let mut made: Vec<String> = Vec::new();
-    for name in names {
-        let known = match name.as_str() {
-            Layers::REST => "rest".to_owned(),
-            Layers::ERROR => "light_error".to_owned(),
-            name => format!("light_{}", name.chars().map(plain).collect::<String>()),
+    for layer in layers {
+        let known = match layer {
+            Layer::Made(name, _) => name.clone(),
+            Layer::Light(name) => match name.as_str() {
+                Layers::REST => "rest".to_owned(),
+                Layers::ERROR => "light_error".to_owned(),
+                name => format!("light_{}", name.chars().map(plain).collect::<String>()),
+            },
         };
         let numbered = |n: usize| if n == 1 { known.clone() } else { format!("{known}_{n}") };
         let free = (1..).map(numbered).find(|name| !made.contains(name));

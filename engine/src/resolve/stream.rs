@@ -12,11 +12,11 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::Channel;
 use super::coverage::{Cover, Coverage};
 use super::lit::Shadows;
 use super::rule::{Framing, Rule};
 use super::select::Selected;
+use super::{Channel, Layer};
 use crate::camera::Plane;
 use crate::fragment::{Batch, Casting, Columns, Fragments, Kept, Layers, Piece, Stage, stack};
 use crate::key::{Key, KeyHasher};
@@ -53,8 +53,8 @@ pub(super) struct Stream<'a> {
     covers: Vec<Cover>,
     /// Ids of objects by source and ordinal.
     objects: HashMap<(usize, u32), u32>,
-    /// The names of the layers that are wanted.
-    layers: &'a [String],
+    /// The layers that are wanted.
+    layers: &'a [Layer],
     /// What is computed, if not all.
     selected: Option<&'a Selected>,
     /// What shaders counted.
@@ -96,6 +96,10 @@ impl Batch for Place<'_> {
 
     fn count(&self, what: &'static str, number: u64) {
         *self.stream.counts.borrow_mut().entry(what).or_default() += number;
+    }
+
+    fn coverage(&self, fragment: usize) -> f32 {
+        self.group.pixels[fragment].1
     }
 
     fn pieces(&self, fragment: usize) -> Vec<Piece> {
@@ -155,8 +159,8 @@ impl<'a> Stream<'a> {
         }
     }
 
-    /// The same with layers of these names.
-    pub(super) fn with_layers(self, layers: &'a [String]) -> Stream<'a> {
+    /// The same with layers.
+    pub(super) fn with_layers(self, layers: &'a [Layer]) -> Stream<'a> {
         Stream { layers, ..self }
     }
 
@@ -212,13 +216,14 @@ impl<'a> Stream<'a> {
     /// Shades a group of fragments.
     fn shade(&self, group: &Group, band: u32, number: usize) -> Fragments<'a> {
         let [x, y, depth] = group.points.clone();
+        let wants_lights = self.layers.iter().any(|layer| matches!(layer, Layer::Light(_)));
         let mut fragments = Fragments {
             ordinal: group.ordinal.clone(),
             sees_front: group.sees_front.clone(),
             x,
             y,
             depth,
-            layers: (!self.layers.is_empty()).then(Layers::default),
+            layers: wants_lights.then(Layers::default),
             pixel: DVec2::ONE / self.framing.scale,
             textures: self.framing.textures,
             ..Fragments::new(self.image.view())
@@ -239,10 +244,14 @@ impl<'a> Stream<'a> {
         i: usize,
         weight: f32,
     ) {
-        let Some(layers) = &fragments.layers else { return };
-        for (name, colors) in layers.iter() {
-            let Some(first) = self.layers.iter().position(|known| known == name) else { continue };
-            for (axis, value) in colors[i].to_array().into_iter().enumerate() {
+        let layers = fragments.layers.as_ref();
+        for (first, layer) in self.layers.iter().enumerate() {
+            let values = match layer {
+                Layer::Light(name) => layers.and_then(|layers| layers.get(name)),
+                Layer::Made(name, _) => fragments.channels.get(name).map(Vec::as_slice),
+            };
+            let Some(values) = values else { continue };
+            for (axis, value) in values[i].to_array().into_iter().enumerate() {
                 pixels.layers[3 * first + axis][at] += value * weight;
             }
         }
@@ -349,11 +358,10 @@ impl<'a> Stream<'a> {
     /// The id of the object that a face belongs to: a hash of its name, the same in every frame.
     fn object(&mut self, source: usize, ordinal: u32, names: &mut BTreeMap<u32, String>) -> u32 {
         let known = &self.image.sources()[source];
-        let id = *self.objects.entry((source, ordinal)).or_insert_with(|| {
-            let name = known.object(ordinal);
-            let bytes = Key::of_bytes(name.as_bytes()).to_bytes();
-            u32::from_be_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]).max(1)
-        });
+        let id = *self
+            .objects
+            .entry((source, ordinal))
+            .or_insert_with(|| Key::id_of_name(&known.object(ordinal)));
         names.entry(id).or_insert_with(|| known.object(ordinal));
         id
     }

@@ -35,6 +35,8 @@ pub struct Scene {
     pub instances: Vec<Instance>,
     /// All materials. The last is the one of faces that name none.
     pub materials: Vec<Material>,
+    /// Their names; that of the last is empty.
+    pub material_names: Vec<String>,
     /// Cameras by name.
     pub cameras: BTreeMap<String, Camera>,
     /// The lights of its list.
@@ -122,9 +124,10 @@ impl Scene {
         for reading in flattening.files.values() {
             key_of_all.key(reading.key);
         }
-        let mut materials = flattening.materials;
+        let Flattening { mut materials, mut material_names, .. } = flattening;
         let unnamed = materials.len() as u32;
         materials.push(Material::default());
+        material_names.push(String::new());
         let mut instances = flattening.instances;
         for instance in &mut instances {
             if instance.material == UNNAMED {
@@ -137,6 +140,7 @@ impl Scene {
             key: key_of_all.finish(),
             instances,
             materials,
+            material_names,
             cameras: plan.cameras.clone(),
             lights,
             directory: directory.to_owned(),
@@ -215,6 +219,7 @@ struct Place {
 struct Flattening {
     instances: Vec<Instance>,
     materials: Vec<Material>,
+    material_names: Vec<String>,
     /// Numbers of materials by document and name.
     numbers: HashMap<(usize, String), u32>,
     /// Geometry and palette of shapes, by address: an instance or array visits one shape many times.
@@ -426,6 +431,7 @@ impl Flattening {
         }
         let number = self.materials.len() as u32;
         self.materials.push(material);
+        self.material_names.push(name.to_owned());
         self.numbers.insert(id, number);
         Ok(number)
     }

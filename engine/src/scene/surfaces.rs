@@ -9,6 +9,7 @@ use super::flat::{Instance, Scene};
 use super::geometry::{Frame, Part};
 use super::maps::{At, Maps, Seen};
 use super::material::{AlphaMode, Material};
+use super::mesh::Mesh;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Environment, Finish, Fragments, Local, Origin, Surfaces, Uv};
@@ -88,10 +89,7 @@ impl SceneSurfaces {
         let (at, face, part) = self.scene.part(ordinal);
         let instance = &self.scene.instances[at];
         let mesh = instance.geometry.mesh();
-        let sides = match part {
-            Part::Face | Part::FaceEdges => mesh.sides(face),
-            Part::Seal(i) | Part::SealEdges(i) => mesh.seals(face)[i as usize].sides,
-        };
+        let sides = sides_of(mesh, face, part);
         let edge = match part {
             Part::FaceEdges => mesh.edge(face),
             Part::SealEdges(i) => mesh.seals(face)[i as usize].edge,
@@ -117,6 +115,14 @@ impl SceneSurfaces {
         let normal = (place.1 * front).normalize_or_zero();
         let finish = material.finish;
         Look { instance, place, color, alpha, blends, unlit, finish, maps, front, normal, frame }
+    }
+}
+
+/// The materials of a part of a face.
+fn sides_of(mesh: &Mesh, face: usize, part: Part) -> Sides {
+    match part {
+        Part::Face | Part::FaceEdges => mesh.sides(face),
+        Part::Seal(i) | Part::SealEdges(i) => mesh.seals(face)[i as usize].sides,
     }
 }
 
@@ -373,6 +379,14 @@ impl Surfaces for SceneSurfaces {
 
     fn object(&self, ordinal: u32) -> String {
         self.scene.instances[self.scene.part(ordinal).0].path.clone()
+    }
+
+    fn material(&self, ordinal: u32, sees_front: bool, bundle: Option<u32>) -> String {
+        let (at, face, part) = self.scene.part(ordinal);
+        let instance = &self.scene.instances[at];
+        let sides = sides_of(instance.geometry.mesh(), face, part);
+        let number = bundle.unwrap_or_else(|| instance.material_of(sides, sees_front));
+        self.scene.material_names[number as usize].clone()
     }
 
     fn environment(&self) -> Option<&Environment> {

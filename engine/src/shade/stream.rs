@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use crate::color::Color;
-use crate::error::{Error, Result};
+use crate::color::{Color, Kind};
 use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
-use crate::stream::{Parameter, Program, Variable};
+use crate::key::Key;
+use crate::stream::{Fault, Parameter, Program, Variable};
 use crate::text::names_object;
 
 /// Runs a program over fragments. Where it changes a colour that lights made, each light's share of it
@@ -23,32 +24,35 @@ pub struct Stream {
 struct Saved {
     code: String,
     parameters: BTreeMap<String, Parameter>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    channels: BTreeMap<String, Kind>,
 }
 
 impl TryFrom<Saved> for Stream {
-    type Error = Error;
-    fn try_from(saved: Saved) -> Result<Stream> {
-        let program = Program::new(&saved.code, &saved.parameters)?;
+    type Error = Fault;
+    fn try_from(saved: Saved) -> Result<Stream, Fault> {
+        let program = Program::new(&saved.code, &saved.parameters, &saved.channels)?;
         Ok(Stream { saved, program })
     }
 }
 
 impl Serialize for Stream {
-    fn serialize<S: serde::Serializer>(
-        &self,
-        serializer: S,
-    ) -> std::result::Result<S::Ok, S::Error> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.saved.serialize(serializer)
     }
 }
 
 impl Stream {
-    /// A program with parameters.
+    /// A program with parameters, and the channels that it may read and make.
     ///
     /// # Errors
     /// As [`Program::new`].
-    pub fn new(code: &str, parameters: BTreeMap<String, Parameter>) -> Result<Stream> {
-        Saved { code: code.to_owned(), parameters }.try_into()
+    pub fn new(
+        code: &str,
+        parameters: BTreeMap<String, Parameter>,
+        channels: BTreeMap<String, Kind>,
+    ) -> Result<Stream, Fault> {
+        Saved { code: code.to_owned(), parameters, channels }.try_into()
     }
 }
 
@@ -65,10 +69,14 @@ impl Shader for Stream {
             Variable::Width | Variable::WidthOf(2) => Columns::FACING | Columns::POSITION,
             Variable::WidthOf(0) => Columns::FACING | Columns::LOCAL,
             Variable::WidthOf(_) => Columns::FACING | Columns::UV,
-            Variable::Fits(_) => Columns::NAMES,
-            Variable::Color(_) | Variable::Alpha | Variable::Face | Variable::Front => {
-                Columns::COLOR
-            }
+            Variable::ObjectFits(_) | Variable::ObjectNumber => Columns::NAMES,
+            Variable::MaterialFits(_) | Variable::MaterialNumber => Columns::MATERIALS,
+            Variable::Coverage => Columns::COVERAGE,
+            Variable::Color(_)
+            | Variable::Alpha
+            | Variable::Face
+            | Variable::Front
+            | Variable::Channel(..) => Columns::COLOR,
         };
         let [.., makes_normal] = self.program.makes();
         let made = if makes_normal { Columns::NORMAL } else { Columns::NONE };
@@ -79,39 +87,53 @@ impl Shader for Stream {
         self.program.makes()[1]
     }
 
+    fn makes_channels(&self) -> Vec<(String, Kind)> {
+        let channels = self.program.makes_channels();
+        channels.map(|(_, name)| (name.to_owned(), self.saved.channels[name])).collect()
+    }
+
+    fn reads_channels(&self) -> Vec<String> {
+        let reads = |number: usize| {
+            let is_it = |v| matches!(v, Variable::Channel(k, _) if k as usize == number);
+            self.program.reads().any(is_it)
+        };
+        let made: Vec<usize> = self.program.makes_channels().map(|(number, _)| number).collect();
+        let all = self.saved.channels.keys().enumerate();
+        let wanted = all.filter(|(number, _)| !made.contains(number) && reads(*number));
+        wanted.map(|(_, name)| name.clone()).collect()
+    }
+
     fn changes(&self) -> Columns {
         let [.., makes_normal] = self.program.makes();
         if makes_normal { Columns::ALL } else { Columns::COLOR }
     }
 
-    fn shade(&self, fragments: &mut Fragments<'_>, _: &Around<'_>) {
+    fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>) {
         let raster = fragments.view.raster();
         let patterns = self.program.patterns();
+        let names: Vec<&String> = self.saved.channels.keys().collect();
         let steps: Vec<[f64; 2]> = match self.program.reads().any(is_width) {
             true => (0..fragments.len()).map(|i| sides(fragments, i)).collect(),
             false => Vec::new(),
         };
         let width = |i: usize| (steps[i][0] + steps[i][1]) / 2.0;
-        let each = |out: &mut [f32], first: usize, of: &dyn Fn(usize) -> f32| {
-            out.iter_mut().zip(first..).for_each(|(out, i)| *out = of(i));
-        };
         let read = |variable: Variable, first: usize, out: &mut [f32]| match variable {
             Variable::World(k) => {
-                each(out, first, &|i| fragments.position[i][k as usize] as f32);
+                each(out, first, |i| fragments.position[i][k as usize] as f32);
             }
-            Variable::Object(k) => each(out, first, &|i| {
+            Variable::Object(k) => each(out, first, |i| {
                 fragments.local.get(i).map_or(0.0, |local| local.point[k as usize] as f32)
             }),
-            Variable::Normal(k) => each(out, first, &|i| fragments.normal[i][k as usize]),
-            Variable::Eye(k) => each(out, first, &|i| fragments.to_eye(i)[k as usize] as f32),
-            Variable::Texture(k) => each(out, first, &|i| {
-                fragments.uv.get(i).map_or(0.0, |uv| uv.at[k as usize] as f32)
-            }),
+            Variable::Normal(k) => each(out, first, |i| fragments.normal[i][k as usize]),
+            Variable::Eye(k) => each(out, first, |i| fragments.to_eye(i)[k as usize] as f32),
+            Variable::Texture(k) => {
+                each(out, first, |i| fragments.uv.get(i).map_or(0.0, |uv| uv.at[k as usize] as f32))
+            }
             Variable::Screen(0) => {
-                each(out, first, &|i| (fragments.x[i] / f64::from(raster.width)) as f32);
+                each(out, first, |i| (fragments.x[i] / f64::from(raster.width)) as f32);
             }
             Variable::Screen(_) => {
-                each(out, first, &|i| (fragments.y[i] / f64::from(raster.height)) as f32);
+                each(out, first, |i| (fragments.y[i] / f64::from(raster.height)) as f32);
             }
             Variable::Color(k) => {
                 let colors = &fragments.color[first..];
@@ -122,32 +144,35 @@ impl Shader for Stream {
                     _ => pairs.for_each(|(out, color)| *out = color.b),
                 }
             }
-            Variable::Alpha => each(out, first, &|i| fragments.alpha[i]),
+            Variable::Alpha => each(out, first, |i| fragments.alpha[i]),
             Variable::Depth => {
-                each(out, first, &|i| fragments.view.distance(fragments.depth[i]) as f32);
+                each(out, first, |i| fragments.view.distance(fragments.depth[i]) as f32);
             }
-            Variable::Width => each(out, first, &|i| width(i) as f32),
-            Variable::WidthOf(0) => each(out, first, &|i| {
+            Variable::Width => each(out, first, |i| width(i) as f32),
+            Variable::WidthOf(0) => each(out, first, |i| {
                 fragments.local.get(i).map_or(0.0, |local| (width(i) * local.scale) as f32)
             }),
-            Variable::WidthOf(1) => each(out, first, &|i| {
+            Variable::WidthOf(1) => each(out, first, |i| {
                 fragments.uv.get(i).map_or(0.0, |uv| (width(i) * uv.scale) as f32)
             }),
             Variable::WidthOf(_) => out.fill((fragments.pixel.x / f64::from(raster.width)) as f32),
-            Variable::Face => each(out, first, &|i| fragments.ordinal[i] as f32),
+            Variable::Face => each(out, first, |i| fragments.ordinal[i] as f32),
             Variable::Front => {
-                each(out, first, &|i| f32::from(u8::from(fragments.sees_front[i])));
+                each(out, first, |i| f32::from(u8::from(fragments.sees_front[i])));
             }
-            Variable::Fits(pattern) => {
-                let pattern = &patterns[pattern as usize];
-                // Fragments of one object stand together.
-                let mut last: Option<(&str, f32)> = None;
-                for (out, i) in out.iter_mut().zip(first..) {
-                    let name = fragments.names.get(i).map_or("", |name| name);
-                    let known = last.filter(|(known, _)| *known == name);
-                    let fits = || f32::from(u8::from(names_object(pattern, name)));
-                    *out = known.map_or_else(fits, |(_, fits)| fits);
-                    last = Some((name, *out));
+            Variable::Coverage => each(out, first, |i| around.batch.coverage(i)),
+            Variable::ObjectNumber => of_names(&fragments.names, out, first, number_of),
+            Variable::MaterialNumber => of_names(&fragments.materials, out, first, number_of),
+            Variable::ObjectFits(pattern) => {
+                of_names(&fragments.names, out, first, fits(&patterns[pattern as usize]));
+            }
+            Variable::MaterialFits(pattern) => {
+                of_names(&fragments.materials, out, first, fits(&patterns[pattern as usize]));
+            }
+            Variable::Channel(k, part) => {
+                match names.get(k as usize).and_then(|name| fragments.channels.get(*name)) {
+                    Some(values) => each(out, first, |i| values[i].to_array()[part as usize]),
+                    None => out.fill(0.0),
                 }
             }
         };
@@ -156,7 +181,12 @@ impl Shader for Stream {
             fragments.alpha = made.alpha;
         }
         for (normal, made) in fragments.normal.iter_mut().zip(&made.normal) {
-            *normal = glam::Vec3::from(*made).try_normalize().unwrap_or(*normal);
+            *normal = glam::Vec3::from(made.to_array()).try_normalize().unwrap_or(*normal);
+        }
+        for (name, values) in names.iter().zip(made.channels) {
+            if !values.is_empty() {
+                fragments.channels.insert((*name).clone(), values);
+            }
         }
         if made.color.is_empty() {
             return;
@@ -178,6 +208,30 @@ impl Shader for Stream {
             }
         }
     }
+}
+
+fn each(out: &mut [f32], first: usize, of: impl Fn(usize) -> f32) {
+    out.iter_mut().zip(first..).for_each(|(out, i)| *out = of(i));
+}
+
+/// A number of each name; fragments of one name stand together.
+fn of_names(names: &[Arc<str>], out: &mut [f32], first: usize, of: impl Fn(&str) -> f32) {
+    let mut last: Option<(&str, f32)> = None;
+    for (out, i) in out.iter_mut().zip(first..) {
+        let name = names.get(i).map_or("", |name| name);
+        let known = last.filter(|(known, _)| *known == name);
+        *out = known.map_or_else(|| of(name), |(_, number)| number);
+        last = Some((name, *out));
+    }
+}
+
+/// A number that 24 bits hold, so that a float does.
+fn number_of(name: &str) -> f32 {
+    (Key::id_of_name(name) >> 8) as f32
+}
+
+fn fits(pattern: &str) -> impl Fn(&str) -> f32 + '_ {
+    |name| f32::from(u8::from(names_object(pattern, name)))
 }
 
 fn is_width(variable: Variable) -> bool {

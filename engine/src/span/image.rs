@@ -1,6 +1,7 @@
 //! All lines of a picture, and the merge of pictures.
 
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -9,7 +10,7 @@ use super::line::Span;
 use super::per_line::PerLine;
 use super::{Again, Face, FaceId, Memo, OnLine, Probe, Source, Stage, Union};
 use crate::camera::View;
-use crate::color::Color;
+use crate::color::{Color, Kind};
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Environment, Member, Shader, Shading, World};
 use crate::raster::{LinePlan, Rows};
@@ -267,7 +268,7 @@ impl SpanImage {
     /// The same, where rays see the sources of other images too.
     ///
     /// # Errors
-    /// If the image has more faces than ids (2^32 - 1).
+    /// If the image has more faces than ids (2^32 - 1), or the shader reads a channel that none before it made.
     pub fn shaded_beside(
         &self,
         shader: Arc<dyn Shader>,
@@ -279,6 +280,14 @@ impl SpanImage {
             let own = self.sources.iter().map(|source| source.member());
             Arc::new(World::new(own.chain(others).collect()))
         };
+        let made = self.made_channels();
+        if let Some(name) = shader.reads_channels().iter().find(|name| !made.contains_key(*name)) {
+            let there = made.into_keys().collect::<Vec<_>>().join(", ");
+            let there = if there.is_empty() { "none".to_owned() } else { there };
+            return Err(Error::invalid(format!(
+                "no node before makes the channel \"{name}\": there are {there}"
+            )));
+        }
         let shading = Shading::new(shader, world);
         let shaded = |source: &Arc<Source>| {
             let mut source = Source::clone(source);
@@ -289,6 +298,21 @@ impl SpanImage {
         // New keys may order sources anew; else all that is known of the spans stays true.
         let is_same = Arc::ptr_eq(&image.lines, &self.lines);
         Ok(if is_same { SpanImage { memo: self.memo.clone(), ..image } } else { image })
+    }
+
+    /// The channels that shaders made beside colours, by name: three numbers if any of them made three.
+    pub fn made_channels(&self) -> BTreeMap<String, Kind> {
+        let stages = self.sources.iter().flat_map(|source| &source.stack);
+        let shaders = stages.filter_map(|stage| match stage {
+            Stage::Shade(shading) => Some(shading.shader()),
+            Stage::Place(_) | Stage::Kept(_) => None,
+        });
+        let mut made = BTreeMap::new();
+        for (name, kind) in shaders.flat_map(|shader| shader.makes_channels()) {
+            let known = made.entry(name).or_insert(kind);
+            *known = kind.max(*known);
+        }
+        made
     }
 
     /// The image with other sources, one for each of its own, with the same faces by place.

@@ -3,9 +3,12 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::built_in;
 use super::parse::{Expr, Function, Kind, Statement, Tree};
-use super::run::{Binary, Input, Op, Unary};
+use super::run::{Binary, Op, Pair, Unary};
+use super::variable::Variable;
 use super::{Fault, Parameter};
+use crate::color;
 
 /// The most instructions of a program.
 const MOST: usize = 20_000;
@@ -21,31 +24,42 @@ const MOST_INSIDE: usize = 600;
 
 /// A value: a number or three, and how much of it a pixel covers.
 #[derive(Clone, Debug)]
-struct Value {
-    parts: Vec<u32>,
+pub(super) struct Value {
+    pub(super) parts: Vec<u32>,
     /// By how much it differs from one pixel to the next, about.
-    width: u32,
+    pub(super) width: u32,
 }
 
-/// What a program makes.
+/// Something that a program makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Output {
+    Color,
+    Alpha,
+    Normal,
+    /// One of the channels that it was told of.
+    Channel(u32),
+}
+
+/// A compiled program.
 #[derive(Debug, Default)]
 pub(super) struct Compiled {
     pub(super) ops: Vec<Op>,
     pub(super) patterns: Vec<String>,
-    pub(super) color: Option<[u32; 3]>,
-    pub(super) alpha: Option<u32>,
-    pub(super) normal: Option<[u32; 3]>,
+    /// What it makes, and the registers of its parts; a number stands for three alike.
+    pub(super) outputs: Vec<(Output, [u32; 3])>,
 }
 
 pub(super) fn compile(
     tree: &Tree,
     parameters: &BTreeMap<String, Parameter>,
+    channels: &BTreeMap<String, color::Kind>,
 ) -> Result<Compiled, Fault> {
     let mut compiler = Compiler {
         ops: Vec::new(),
         known: HashMap::new(),
         patterns: Vec::new(),
         functions: tree.functions.iter().map(|f| (f.name.as_str(), f)).collect(),
+        channels,
         calls: 0,
         visits: 0,
         inside: 0,
@@ -56,9 +70,21 @@ pub(super) fn compile(
             let message = format!("there are two functions \"{}\"", function.name);
             return Err(Fault::new(function.at, message));
         }
-        if BUILT_IN.contains(&function.name.as_str()) {
+        if built_in::names().any(|name| name == function.name) {
             let message = format!("there is a function \"{}\" already", function.name);
             return Err(Fault::new(function.at, message));
+        }
+    }
+    for name in channels.keys() {
+        let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic())
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        if !is_name {
+            let message = format!("a channel \"{name}\": a name is letters, digits and _");
+            return Err(Fault::new(0, message));
+        }
+        if is_given(name) || parameters.contains_key(name) {
+            let message = format!("the channel \"{name}\" has the name of something else");
+            return Err(Fault::new(0, message));
         }
     }
     let mut names = Names::new();
@@ -82,29 +108,40 @@ pub(super) fn compile(
         let value = compiler.value(value, &named)?;
         named.insert("color".to_owned(), value);
     }
-    let three =
-        |compiler: &Compiler<'_>, name: &str| named.get(name).map(|value| compiler.spread(value));
-    let color = three(&compiler, "color");
-    let normal = three(&compiler, "normal");
-    let alpha = named.get("alpha").map(|v| v.parts[0]);
-    if color.is_none() && normal.is_none() && alpha.is_none() {
-        let message =
-            "the program makes nothing: assign color, alpha or normal, or end with a colour";
+    let outputs = [("color", Output::Color), ("alpha", Output::Alpha), ("normal", Output::Normal)];
+    for (name, kind) in channels {
+        if *kind == color::Kind::Number
+            && named.get(name).is_some_and(|value| value.parts.len() > 1)
+        {
+            let message = format!("the channel \"{name}\" is a Number, and is given a vector");
+            return Err(Fault::new(0, message));
+        }
+    }
+    let of_channels = (0..).zip(channels.keys());
+    let of_channels = of_channels.map(|(k, name)| (name.as_str(), Output::Channel(k)));
+    let outputs = outputs.into_iter().chain(of_channels);
+    let outputs: Vec<(Output, [u32; 3])> = outputs
+        .filter_map(|(name, output)| Some((output, compiler.spread(named.get(name)?))))
+        .collect();
+    if outputs.is_empty() {
+        let message = "the program makes nothing: assign color, alpha, normal or a channel, or end with a colour";
         return Err(Fault::new(0, message.to_owned()));
     }
     let Compiler { ops, patterns, .. } = compiler;
-    let mut made = Compiled { ops, patterns, color, alpha, normal };
+    let mut made = Compiled { ops, patterns, outputs };
     made.drop_unused();
+    made.fuse();
     Ok(made)
 }
 
 type Names = BTreeMap<String, Value>;
 
-struct Compiler<'a> {
-    ops: Vec<Op>,
+pub(super) struct Compiler<'a> {
+    pub(super) ops: Vec<Op>,
     known: HashMap<Op, u32>,
     patterns: Vec<String>,
-    functions: HashMap<&'a str, &'a Function>,
+    channels: &'a BTreeMap<String, color::Kind>,
+    pub(super) functions: HashMap<&'a str, &'a Function>,
     calls: usize,
     visits: usize,
     inside: usize,
@@ -112,71 +149,11 @@ struct Compiler<'a> {
 
 /// Whether a name is that of something that is there before the program.
 fn is_given(name: &str) -> bool {
-    name == "PI" || Input::named(name).is_some()
+    name == "PI" || Variable::named(name).is_some()
 }
 
-/// The functions of the language; names and ranges are those of SeExpr and OSL.
-const BUILT_IN: [&str; 56] = [
-    "abs",
-    "acos",
-    "asin",
-    "atan",
-    "atan2",
-    "bias",
-    "boxstep",
-    "cellnoise",
-    "clamp",
-    "contrast",
-    "cos",
-    "cross",
-    "deg",
-    "dist",
-    "dot",
-    "exp",
-    "fbm",
-    "fit",
-    "floor",
-    "ceil",
-    "round",
-    "fmod",
-    "gamma",
-    "gaussstep",
-    "hsltorgb",
-    "hypot",
-    "invert",
-    "length",
-    "linearstep",
-    "log",
-    "log10",
-    "luminance",
-    "max",
-    "min",
-    "mix",
-    "noise",
-    "norm",
-    "object",
-    "pow",
-    "rad",
-    "rgbtohsl",
-    "saturate",
-    "sign",
-    "sin",
-    "smoothstep",
-    "snoise",
-    "sqrt",
-    "step",
-    "tan",
-    "turbulence",
-    "up",
-    "vfbm",
-    "vnoise",
-    "vturbulence",
-    "voronoi",
-    "vcell",
-];
-
 impl Compiler<'_> {
-    fn push(&mut self, op: Op) -> Result<u32, Fault> {
+    pub(super) fn push(&mut self, op: Op) -> Result<u32, Fault> {
         let op = op.folded(&self.ops);
         if let Some(known) = self.known.get(&op) {
             return Ok(*known);
@@ -193,23 +170,23 @@ impl Compiler<'_> {
         Ok(at)
     }
 
-    fn number(&mut self, number: f32) -> Result<u32, Fault> {
+    pub(super) fn number(&mut self, number: f32) -> Result<u32, Fault> {
         self.push(Op::number(number))
     }
 
-    fn one(&mut self, op: Unary, a: u32) -> Result<u32, Fault> {
+    pub(super) fn one(&mut self, op: Unary, a: u32) -> Result<u32, Fault> {
         self.push(Op::Unary(op, a))
     }
 
-    fn two(&mut self, op: Binary, a: u32, b: u32) -> Result<u32, Fault> {
+    pub(super) fn two(&mut self, op: Binary, a: u32, b: u32) -> Result<u32, Fault> {
         self.push(Op::Binary(op, a, b))
     }
 
-    fn choose(&mut self, c: u32, a: u32, b: u32) -> Result<u32, Fault> {
+    pub(super) fn choose(&mut self, c: u32, a: u32, b: u32) -> Result<u32, Fault> {
         self.push(Op::Select(c, a, b))
     }
 
-    fn spread(&self, value: &Value) -> [u32; 3] {
+    pub(super) fn spread(&self, value: &Value) -> [u32; 3] {
         let at = |i: usize| value.parts[i.min(value.parts.len() - 1)];
         [at(0), at(1), at(2)]
     }
@@ -264,9 +241,17 @@ impl Compiler<'_> {
 
     /// A variable of the fragments.
     fn variable(&mut self, name: &str) -> Result<Option<Value>, Fault> {
-        let Some((first, count, width)) = Input::named(name) else { return Ok(None) };
-        let part = |i: u32| Op::Input(first.part(i));
-        let parts = (0..count).map(|i| self.push(part(i))).collect::<Result<_, _>>()?;
+        let channel = (0..).zip(self.channels).find(|(_, (channel, _))| *channel == name);
+        let of_channel = |(number, (_, kind)): (u32, (&String, &color::Kind))| {
+            let parts = if *kind == color::Kind::Number { 0..1 } else { 0..3 };
+            (parts.map(|k| Variable::Channel(number, k)).collect(), None)
+        };
+        let Some((parts, width)) = channel.map(of_channel).or_else(|| Variable::named(name)) else {
+            return Ok(None);
+        };
+        let parts: Vec<Variable> = parts;
+        let parts =
+            parts.into_iter().map(|part| self.push(Op::Input(part))).collect::<Result<_, _>>()?;
         let width = match width {
             Some(width) => self.push(Op::Input(width))?,
             None => self.number(0.0)?,
@@ -311,9 +296,10 @@ impl Compiler<'_> {
                 let (part, width) = (self.number(*number)?, self.number(0.0)?);
                 Ok(Value { parts: vec![part], width })
             }
-            Kind::Text(_) => {
-                Err(Fault::new(expr.at, "a text stands in object(\"..\") only".to_owned()))
-            }
+            Kind::Text(_) => Err(Fault::new(
+                expr.at,
+                "a text stands in object(\"..\") and material(\"..\") only".to_owned(),
+            )),
             Kind::Name(name) => {
                 if let Some(value) = names.get(name) {
                     return Ok(value.clone());
@@ -323,8 +309,9 @@ impl Compiler<'_> {
                     return Ok(Value { parts: vec![part], width });
                 }
                 self.variable(name)?.ok_or_else(|| {
-                    let mut known: Vec<&str> = Input::NAMES.to_vec();
-                    known.extend(names.keys().map(String::as_str));
+                    let mut known: Vec<&str> = Variable::NAMES.to_vec();
+                    let others = self.channels.keys().chain(names.keys());
+                    known.extend(others.map(String::as_str));
                     let list = known.join(", ");
                     Fault::new(expr.at, format!("there is no \"{name}\": there are {list}"))
                 })
@@ -372,19 +359,19 @@ impl Compiler<'_> {
         }
     }
 
-    fn each(&mut self, op: Unary, value: &Value) -> Result<Value, Fault> {
+    pub(super) fn each(&mut self, op: Unary, value: &Value) -> Result<Value, Fault> {
         let parts = value.parts.iter().map(|part| self.one(op, *part)).collect::<Result<_, _>>()?;
         Ok(Value { parts, width: value.width })
     }
 
     /// The same for every part, a number standing for three alike.
-    fn pairs(&mut self, op: Binary, a: &Value, b: &Value) -> Result<Vec<u32>, Fault> {
+    pub(super) fn pairs(&mut self, op: Binary, a: &Value, b: &Value) -> Result<Vec<u32>, Fault> {
         let count = a.parts.len().max(b.parts.len());
         let (x, y) = (self.spread(a), self.spread(b));
         (0..count).map(|i| self.two(op, x[i], y[i])).collect()
     }
 
-    fn binary(&mut self, sign: &str, a: &Value, b: &Value) -> Result<Value, Fault> {
+    pub(super) fn binary(&mut self, sign: &str, a: &Value, b: &Value) -> Result<Value, Fault> {
         let op = match sign {
             "+" => Binary::Add,
             "-" => Binary::Subtract,
@@ -451,15 +438,18 @@ impl Compiler<'_> {
         arguments: &[Expr],
         names: &Names,
     ) -> Result<Value, Fault> {
-        if name == "object" {
+        if built_in::OF_NAMES.contains(&name) {
             let [Expr { kind: Kind::Text(pattern), .. }] = arguments else {
-                let message =
-                    "object wants a name in quotes, such as object(\"*tree*\")".to_owned();
+                let message = format!("{name} wants a name in quotes, such as {name}(\"*tree*\")");
                 return Err(Fault::new(at, message));
             };
             let number = self.patterns.len() as u32;
             self.patterns.push(pattern.clone());
-            let (part, width) = (self.push(Op::Fits(number))?, self.number(0.0)?);
+            let fits = match name {
+                "object" => Variable::ObjectFits(number),
+                _ => Variable::MaterialFits(number),
+            };
+            let (part, width) = (self.push(Op::Input(fits))?, self.number(0.0)?);
             return Ok(Value { parts: vec![part], width });
         }
         let values: Vec<Value> = arguments
@@ -486,371 +476,35 @@ impl Compiler<'_> {
         }
         self.built_in(at, name, &values)
     }
-
-    fn built_in(&mut self, at: usize, name: &str, values: &[Value]) -> Result<Value, Fault> {
-        let counts = match name {
-            "abs" | "acos" | "asin" | "atan" | "cos" | "deg" | "exp" | "floor" | "ceil"
-            | "round" | "hsltorgb" | "invert" | "length" | "log" | "log10" | "luminance"
-            | "noise" | "norm" | "rad" | "rgbtohsl" | "sign" | "sin" | "snoise" | "sqrt"
-            | "tan" | "vnoise" | "cellnoise" | "vcell" => 1..=1,
-            "atan2" | "bias" | "boxstep" | "contrast" | "cross" | "dist" | "dot" | "fmod"
-            | "gamma" | "hypot" | "pow" | "saturate" | "step" => 2..=2,
-            "up" => 1..=2,
-            "max" | "min" => 2..=8,
-            "clamp" | "gaussstep" | "linearstep" | "mix" | "smoothstep" => 3..=3,
-            "fit" => 5..=5,
-            "fbm" | "turbulence" | "vfbm" | "vturbulence" => 1..=4,
-            "voronoi" => 1..=3,
-            _ => {
-                let mut list: Vec<&str> = BUILT_IN.to_vec();
-                list.extend(self.functions.keys().copied());
-                list.sort_unstable();
-                let message =
-                    format!("there is no function \"{name}\": there are {}", list.join(", "));
-                return Err(Fault::new(at, message));
-            }
-        };
-        if !counts.contains(&values.len()) {
-            let (least, most) = (*counts.start(), *counts.end());
-            let wanted =
-                if least == most { least.to_string() } else { format!("{least} to {most}") };
-            return Err(Fault::new(
-                at,
-                format!("{name} takes {wanted} values, not {}", values.len()),
-            ));
-        }
-        let x = &values[0];
-        let plain = |this: &mut Self, op| this.each(op, x);
-        match name {
-            "abs" => plain(self, Unary::Abs),
-            "acos" => plain(self, Unary::Acos),
-            "asin" => plain(self, Unary::Asin),
-            "atan" => plain(self, Unary::Atan),
-            "cos" | "sin" => {
-                let wave = plain(self, if name == "sin" { Unary::Sin } else { Unary::Cos })?;
-                let left = self.one(Unary::Sinc, x.width)?;
-                let left = Value { parts: vec![left], width: self.number(0.0)? };
-                let filtered = self.binary("*", &wave, &left)?;
-                Ok(Value { width: x.width, ..filtered })
-            }
-            "tan" => plain(self, Unary::Tan),
-            "exp" => plain(self, Unary::Exp),
-            "log" => plain(self, Unary::Log),
-            "sqrt" => plain(self, Unary::Sqrt),
-            "floor" => plain(self, Unary::Floor),
-            "ceil" => plain(self, Unary::Ceil),
-            "round" => plain(self, Unary::Round),
-            "sign" => plain(self, Unary::Sign),
-            "deg" => self.scaled(x, 180.0 / std::f32::consts::PI),
-            "rad" => self.scaled(x, std::f32::consts::PI / 180.0),
-            "log10" => {
-                let log = plain(self, Unary::Log)?;
-                self.scaled(&log, std::f32::consts::LOG10_E)
-            }
-            "invert" => {
-                let one = self.constant(1.0)?;
-                self.binary("-", &one, x)
-            }
-            "atan2" => self.parted(Binary::Atan2, x, &values[1]),
-            "pow" => self.parted(Binary::Power, x, &values[1]),
-            "fmod" => self.parted(Binary::Modulo, x, &values[1]),
-            // Steps: 1 where the first is the second or more.
-            "boxstep" | "step" => {
-                let (value, from) = if name == "step" { (&values[1], x) } else { (x, &values[1]) };
-                self.parted(Binary::GreaterEqual, value, from)
-            }
-            "hypot" => {
-                let (a, b) = (self.binary("*", x, x)?, self.binary("*", &values[1], &values[1])?);
-                let sum = self.binary("+", &a, &b)?;
-                self.each(Unary::Sqrt, &sum)
-            }
-            "max" | "min" => {
-                let op = if name == "max" { Binary::Max } else { Binary::Min };
-                let mut value = x.clone();
-                for other in &values[1..] {
-                    value = self.parted(op, &value, other)?;
-                }
-                Ok(value)
-            }
-            "clamp" => {
-                let low = self.parted(Binary::Max, x, &values[1])?;
-                self.parted(Binary::Min, &low, &values[2])
-            }
-            "mix" => {
-                let way = self.binary("-", &values[1], x)?;
-                let part = self.binary("*", &way, &values[2])?;
-                let mut mixed = self.binary("+", x, &part)?;
-                let widths = self.two(Binary::Max, x.width, values[1].width)?;
-                mixed.width = self.two(Binary::Add, widths, values[2].width)?;
-                Ok(mixed)
-            }
-            "linearstep" | "smoothstep" | "gaussstep" => {
-                let t = self.share(x, &values[1], &values[2])?;
-                match name {
-                    "linearstep" => Ok(t),
-                    "smoothstep" => {
-                        let (two, three) = (self.constant(2.0)?, self.constant(3.0)?);
-                        let twice = self.binary("*", &two, &t)?;
-                        let rest = self.binary("-", &three, &twice)?;
-                        let square = self.binary("*", &t, &t)?;
-                        self.binary("*", &square, &rest)
-                    }
-                    _ => {
-                        // SeExpr's: 2^(-8 (1 - t)^2), and nothing below.
-                        let one = self.constant(1.0)?;
-                        let off = self.binary("-", &one, &t)?;
-                        let square = self.binary("*", &off, &off)?;
-                        let power = self.scaled(&square, -8.0 * std::f32::consts::LN_2)?;
-                        let bell = self.each(Unary::Exp, &power)?;
-                        let is_above = self.parted(Binary::GreaterEqual, x, &values[1])?;
-                        self.binary("*", &bell, &is_above)
-                    }
-                }
-            }
-            "fit" => {
-                let way = self.binary("-", x, &values[1])?;
-                let whole = self.binary("-", &values[2], &values[1])?;
-                let t = self.binary("/", &way, &whole)?;
-                let to = self.binary("-", &values[4], &values[3])?;
-                let part = self.binary("*", &t, &to)?;
-                self.binary("+", &values[3], &part)
-            }
-            "bias" => {
-                // x^(log b / log 0.5)
-                let log = self.each(Unary::Log, &values[1])?;
-                let power = self.scaled(&log, -1.0 / std::f32::consts::LN_2)?;
-                self.parted(Binary::Power, x, &power)
-            }
-            "gamma" => {
-                let one = self.constant(1.0)?;
-                let power = self.binary("/", &one, &values[1])?;
-                self.parted(Binary::Power, x, &power)
-            }
-            "contrast" => {
-                // SeExpr's: bias from both ends.
-                let (one, half) = (self.constant(1.0)?, self.constant(0.5)?);
-                let c = self.binary("-", &one, &values[1])?;
-                let twice = self.scaled(x, 2.0)?;
-                let two = self.constant(2.0)?;
-                let other = self.binary("-", &two, &twice)?;
-                let low = self.built_in(at, "bias", &[twice, c.clone()])?;
-                let high = self.built_in(at, "bias", &[other, c])?;
-                let (low, high) = (self.scaled(&low, 0.5)?, self.scaled(&high, 0.5)?);
-                let high = self.binary("-", &one, &high)?;
-                let is_low = self.parted(Binary::Less, x, &half)?;
-                let parts: Vec<u32> = (0..x.parts.len())
-                    .map(|i| {
-                        let (c, a, b) =
-                            (self.spread(&is_low), self.spread(&low), self.spread(&high));
-                        self.choose(c[i], a[i], b[i])
-                    })
-                    .collect::<Result<_, _>>()?;
-                Ok(Value { parts, width: x.width })
-            }
-            "dot" | "dist" | "length" => {
-                let (a, b) = match name {
-                    "dot" => (x.clone(), values[1].clone()),
-                    "dist" => {
-                        let way = self.binary("-", x, &values[1])?;
-                        (way.clone(), way)
-                    }
-                    _ => (x.clone(), x.clone()),
-                };
-                let dot = self.dot(&a, &b)?;
-                let part = if name == "dot" { dot } else { self.one(Unary::Sqrt, dot)? };
-                let width = if values.len() > 1 {
-                    self.two(Binary::Add, x.width, values[1].width)?
-                } else {
-                    x.width
-                };
-                Ok(Value { parts: vec![part], width })
-            }
-            "norm" => {
-                let square = self.dot(x, x)?;
-                let length = self.one(Unary::Sqrt, square)?;
-                let length = Value { parts: vec![length], width: x.width };
-                self.binary("/", x, &length)
-            }
-            "cross" => {
-                let (a, b) = (self.spread(x), self.spread(&values[1]));
-                let mut parts = Vec::new();
-                for (i, j) in [(1, 2), (2, 0), (0, 1)] {
-                    let (p, q) = (
-                        self.two(Binary::Multiply, a[i], b[j])?,
-                        self.two(Binary::Multiply, a[j], b[i])?,
-                    );
-                    parts.push(self.two(Binary::Subtract, p, q)?);
-                }
-                let width = self.two(Binary::Add, x.width, values[1].width)?;
-                Ok(Value { parts, width })
-            }
-            "luminance" => {
-                let grey = self.luminance(x)?;
-                Ok(Value { parts: vec![grey], width: x.width })
-            }
-            "saturate" => {
-                let grey = self.luminance(x)?;
-                let grey = Value { parts: vec![grey], width: x.width };
-                self.built_in(at, "mix", &[grey, x.clone(), values[1].clone()])
-            }
-            // How far a normal faces up, or another direction: 0 to 1.
-            "up" => {
-                let to = match values.get(1) {
-                    Some(to) => to.clone(),
-                    None => {
-                        let (zero, one) = (self.number(0.0)?, self.number(1.0)?);
-                        Value { parts: vec![zero, one, zero], width: zero }
-                    }
-                };
-                let dot = self.dot(x, &to)?;
-                let zero = self.number(0.0)?;
-                let part = self.two(Binary::Max, dot, zero)?;
-                Ok(Value { parts: vec![part], width: x.width })
-            }
-            "rgbtohsl" | "hsltorgb" => {
-                let from = self.spread(x);
-                let is_back = name == "hsltorgb";
-                let parts = (0..3)
-                    .map(|part| self.push(Op::Hue { from, part, is_back }))
-                    .collect::<Result<_, _>>()?;
-                Ok(Value { parts, width: x.width })
-            }
-            "noise" | "snoise" | "vnoise" => {
-                let mut parts = Vec::new();
-                for k in 0..if name == "vnoise" { 3 } else { 1 } {
-                    let from = self.moved(x, k)?;
-                    let value = self.push(Op::Perlin { from, width: x.width })?;
-                    parts.push(if name == "noise" { self.halved(value)? } else { value });
-                }
-                Ok(Value { parts, width: x.width })
-            }
-            "fbm" | "turbulence" | "vfbm" | "vturbulence" => {
-                let turbulent = name.ends_with("turbulence");
-                let mut numbers = [6.0, 2.0, 0.5].map(|number| self.number(number));
-                let mut shape = [0; 3];
-                for (i, (slot, usual)) in shape.iter_mut().zip(&mut numbers).enumerate() {
-                    *slot = match values.get(i + 1) {
-                        Some(value) => value.parts[0],
-                        None => std::mem::replace(usual, Ok(0))?,
-                    };
-                }
-                let mut parts = Vec::new();
-                for k in 0..if name.starts_with('v') { 3 } else { 1 } {
-                    let from = self.moved(x, k)?;
-                    let op = Op::Octaves { from, width: x.width, shape, turbulent };
-                    let value = self.push(op)?;
-                    parts.push(if turbulent { value } else { self.halved(value)? });
-                }
-                Ok(Value { parts, width: x.width })
-            }
-            "cellnoise" | "vcell" => {
-                let mut parts = Vec::new();
-                for k in 0..if name == "vcell" { 3 } else { 1 } {
-                    let from = self.moved(x, k)?;
-                    parts.push(self.push(Op::Cell { from })?);
-                }
-                Ok(Value { parts, width: self.number(0.0)? })
-            }
-            // voronoi(v, kind, jitter): 1 the way to the nearest point, 2 to the second, 3 how much farther that
-            // is, 4 a number of the nearest.
-            _ => {
-                let jitter = match values.get(2) {
-                    Some(jitter) => jitter.parts[0],
-                    None => self.number(0.5)?,
-                };
-                let kind = values.get(1).map_or(Ok(1.0), |kind| {
-                    let known = self.ops[kind.parts[0] as usize].as_number();
-                    let known = known.filter(|kind| [1.0, 2.0, 3.0, 4.0].contains(kind));
-                    known.ok_or_else(|| {
-                        Fault::new(at, "the kind of voronoi is 1, 2, 3 or 4".to_owned())
-                    })
-                })?;
-                let from = self.spread(x);
-                let mut part = |part: u32| self.push(Op::Voronoi { from, jitter, part });
-                let part = match kind as u32 {
-                    1 => part(0)?,
-                    2 => part(1)?,
-                    3 => {
-                        let (near, far) = (part(0)?, part(1)?);
-                        self.two(Binary::Subtract, far, near)?
-                    }
-                    _ => part(2)?,
-                };
-                Ok(Value { parts: vec![part], width: x.width })
-            }
-        }
-    }
-
-    fn constant(&mut self, number: f32) -> Result<Value, Fault> {
-        Ok(Value { parts: vec![self.number(number)?], width: self.number(0.0)? })
-    }
-
-    fn scaled(&mut self, value: &Value, by: f32) -> Result<Value, Fault> {
-        let by = self.constant(by)?;
-        self.binary("*", value, &by)
-    }
-
-    fn parted(&mut self, op: Binary, a: &Value, b: &Value) -> Result<Value, Fault> {
-        let parts = self.pairs(op, a, b)?;
-        Ok(Value { parts, width: self.two(Binary::Max, a.width, b.width)? })
-    }
-
-    /// Where a value lies between two, 0 to 1.
-    fn share(&mut self, x: &Value, from: &Value, to: &Value) -> Result<Value, Fault> {
-        let way = self.binary("-", x, from)?;
-        let whole = self.binary("-", to, from)?;
-        let t = self.binary("/", &way, &whole)?;
-        let (zero, one) = (self.constant(0.0)?, self.constant(1.0)?);
-        let t = self.parted(Binary::Max, &t, &zero)?;
-        self.parted(Binary::Min, &t, &one)
-    }
-
-    fn dot(&mut self, a: &Value, b: &Value) -> Result<u32, Fault> {
-        let (x, y) = (self.spread(a), self.spread(b));
-        let mut sum = self.two(Binary::Multiply, x[0], y[0])?;
-        for i in 1..3 {
-            let part = self.two(Binary::Multiply, x[i], y[i])?;
-            sum = self.two(Binary::Add, sum, part)?;
-        }
-        Ok(sum)
-    }
-
-    fn luminance(&mut self, color: &Value) -> Result<u32, Fault> {
-        let weights = [0.2126, 0.7152, 0.0722].map(|weight| self.number(weight));
-        let mut parts = Vec::new();
-        for weight in weights {
-            parts.push(weight?);
-        }
-        let width = color.width;
-        self.dot(color, &Value { parts, width })
-    }
-
-    /// A place, far from itself for other noise of it.
-    fn moved(&mut self, value: &Value, k: u32) -> Result<[u32; 3], Fault> {
-        let from = self.spread(value);
-        let mut moved = from;
-        if k > 0 {
-            for (i, part) in moved.iter_mut().enumerate() {
-                let by = self.number([17.3, 31.7, 43.1][i] * k as f32)?;
-                *part = self.two(Binary::Add, from[i], by)?;
-            }
-        }
-        Ok(moved)
-    }
-
-    /// From -1 to 1 to 0 to 1.
-    fn halved(&mut self, value: u32) -> Result<u32, Fault> {
-        let half = self.number(0.5)?;
-        let scaled = self.two(Binary::Multiply, value, half)?;
-        self.two(Binary::Add, scaled, half)
-    }
 }
 
 impl Compiled {
+    /// Makes one instruction of two of sums, products and the like, where nothing else needs the first.
+    fn fuse(&mut self) {
+        let mut uses = vec![0u32; self.ops.len()];
+        self.ops.iter().for_each(|op| op.each(|from| uses[*from as usize] += 1));
+        let outputs = self.outputs.iter().flat_map(|(_, parts)| parts);
+        outputs.for_each(|at| uses[*at as usize] += 2);
+        for at in 0..self.ops.len() {
+            let Op::Binary(second, x, y) = self.ops[at] else { continue };
+            let inner = |at: u32| match self.ops[at as usize] {
+                Op::Binary(first, a, b) if uses[at as usize] == 1 => Some((first, a, b)),
+                _ => None,
+            };
+            let of = |inner: Option<(Binary, u32, u32)>, c: u32, is_last: bool| {
+                let (first, a, b) = inner?;
+                Some(Op::Pair { pair: Pair::of(first, second, is_last)?, from: [a, b, c] })
+            };
+            let pair = of(inner(x), y, false).or_else(|| of(inner(y), x, true));
+            self.ops[at] = pair.unwrap_or(self.ops[at]);
+        }
+        self.drop_unused();
+    }
+
     /// Leaves the instructions that something is made of.
     fn drop_unused(&mut self) {
         let mut used = vec![false; self.ops.len()];
-        let made = self.color.iter().chain(&self.normal).flatten().chain(&self.alpha);
+        let made = self.outputs.iter().flat_map(|(_, parts)| parts);
         made.for_each(|at| used[*at as usize] = true);
         for at in (0..self.ops.len()).rev() {
             if used[at] {
@@ -867,8 +521,7 @@ impl Compiled {
             }
         }
         self.ops = kept;
-        let place = |at: &mut u32| *at = places[*at as usize];
-        self.color.iter_mut().chain(&mut self.normal).flatten().for_each(place);
-        self.alpha.iter_mut().for_each(place);
+        let parts = self.outputs.iter_mut().flat_map(|(_, parts)| parts);
+        parts.for_each(|at| *at = places[*at as usize]);
     }
 }

@@ -15,18 +15,21 @@
 //! time: every program ends, and none reads outside of its fragments. Noise, and sines and cosines, are weakened where
 //! a pixel covers too much of them to be seen: what a pixel covers of a place goes through sums, products and quotients with it.
 
+mod built_in;
 mod compile;
-mod noise;
+pub mod noise;
 mod parse;
 mod run;
+mod variable;
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
 
-use crate::color::Color;
-use crate::error::Error;
-use compile::Compiled;
-use run::{Input, Op, Registers};
+use crate::color::{Color, Kind};
+use compile::{Compiled, Output};
+use run::{Op, Registers};
+pub use variable::Variable;
 
 /// A number or colour that a program knows by a name.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -39,56 +42,34 @@ pub enum Parameter {
 
 /// What is wrong with a program, and where.
 #[derive(Debug)]
-struct Fault {
-    /// The byte of the text.
-    at: usize,
-    message: String,
+pub struct Fault {
+    /// The byte of its text.
+    pub at: usize,
+    /// Its line and column, from 1.
+    pub place: (usize, usize),
+    /// What is wrong, and the cure.
+    pub message: String,
 }
 
 impl Fault {
     fn new(at: usize, message: String) -> Fault {
-        Fault { at, message }
+        Fault { at, place: (1, 1), message }
     }
 
-    fn tell(&self, text: &str) -> Error {
+    /// With its line and column.
+    fn placed(self, text: &str) -> Fault {
         let before = &text[..text.floor_char_boundary(self.at.min(text.len()))];
         let line = before.matches('\n').count() + 1;
         let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
-        Error::invalid(format!("line {line}, column {column}: {}", self.message))
+        Fault { place: (line, column), ..self }
     }
 }
 
-/// What a program reads of fragments, in places.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Variable {
-    /// The place in the world, in metres: x, y, z.
-    World(u32),
-    /// The place in the object's own space.
-    Object(u32),
-    /// The unit normal on the side that is seen.
-    Normal(u32),
-    /// The unit vector to where it is seen from.
-    Eye(u32),
-    /// Texture coordinates: u, v.
-    Texture(u32),
-    /// The place in the picture, in shares of its width and height from the top left.
-    Screen(u32),
-    /// The colour: red, green, blue.
-    Color(u32),
-    /// How much of what lies behind is hidden.
-    Alpha,
-    /// The distance along the view axis, in metres.
-    Depth,
-    /// What a pixel covers in the world, in metres.
-    Width,
-    /// What a pixel covers in the object's space, in texture coordinates (1), and in the picture (2).
-    WidthOf(u32),
-    /// The face, by its number.
-    Face,
-    /// 1 on the front of a face, 0 on its back.
-    Front,
-    /// Whether the object's name fits one of the program's patterns, by its number.
-    Fits(u32),
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (line, column) = self.place;
+        write!(f, "line {line}, column {column}: {}", self.message)
+    }
 }
 
 /// What a program makes of fragments: what it does not make is empty.
@@ -99,28 +80,40 @@ pub struct Made {
     /// How much of what lies behind is hidden, 0 to 1.
     pub alpha: Vec<f32>,
     /// Normals, not of unit length.
-    pub normal: Vec<[f32; 3]>,
+    pub normal: Vec<Color>,
+    /// Of each channel that the program was told of, its numbers: three, alike if the program gave one.
+    pub channels: Vec<Vec<Color>>,
 }
 
 /// A program, compiled.
 #[derive(Debug)]
 pub struct Program {
     compiled: Compiled,
+    channels: BTreeMap<String, Kind>,
 }
 
 impl Program {
-    /// Compiles a program with parameters.
+    /// Compiles a program with parameters, and the channels that it may read and make.
     ///
     /// # Errors
     /// What is wrong with it, with its line and column.
-    pub fn new(text: &str, parameters: &BTreeMap<String, Parameter>) -> Result<Program, Error> {
-        let compiled = parse::parse(text).and_then(|tree| compile::compile(&tree, parameters));
-        Ok(Program { compiled: compiled.map_err(|fault| fault.tell(text))? })
+    pub fn new(
+        text: &str,
+        parameters: &BTreeMap<String, Parameter>,
+        channels: &BTreeMap<String, Kind>,
+    ) -> Result<Program, Fault> {
+        let tree = parse::parse(text).map_err(|fault| fault.placed(text))?;
+        let compiled = compile::compile(&tree, parameters, channels);
+        let compiled = compiled.map_err(|fault| fault.placed(text))?;
+        Ok(Program { compiled, channels: channels.clone() })
     }
 
     /// What it reads.
     pub fn reads(&self) -> impl Iterator<Item = Variable> + '_ {
-        self.compiled.ops.iter().filter_map(variable)
+        self.compiled.ops.iter().filter_map(|op| match op {
+            Op::Input(variable) => Some(*variable),
+            _ => None,
+        })
     }
 
     /// The patterns of names that it asks for.
@@ -128,10 +121,25 @@ impl Program {
         &self.compiled.patterns
     }
 
+    fn has(&self, output: Output) -> bool {
+        self.compiled.outputs.iter().any(|(made, _)| *made == output)
+    }
+
     /// Whether it makes colours, alphas and normals.
     pub fn makes(&self) -> [bool; 3] {
-        let Compiled { color, alpha, normal, .. } = &self.compiled;
-        [color.is_some(), alpha.is_some(), normal.is_some()]
+        [Output::Color, Output::Alpha, Output::Normal].map(|output| self.has(output))
+    }
+
+    /// The channels that it was told of, in order.
+    pub fn channels(&self) -> &BTreeMap<String, Kind> {
+        &self.channels
+    }
+
+    /// The channels that it makes, by their numbers, with their names.
+    pub fn makes_channels(&self) -> impl Iterator<Item = (usize, &str)> {
+        let all = self.channels.keys().enumerate();
+        all.filter(|(k, _)| self.has(Output::Channel(*k as u32)))
+            .map(|(k, name)| (k, name.as_str()))
     }
 
     /// The number of instructions.
@@ -146,58 +154,33 @@ impl Program {
 
     /// Runs over `count` fragments; `read` gives a variable of those from one on.
     pub fn run(&self, count: usize, read: impl Fn(Variable, usize, &mut [f32])) -> Made {
-        let Compiled { ops, color, alpha, normal, .. } = &self.compiled;
+        let Compiled { ops, outputs, .. } = &self.compiled;
         let mut registers = Registers::new(ops);
         let mut made = Made::default();
-        made.color.reserve(if color.is_some() { count } else { 0 });
+        made.channels.resize_with(self.channels.len(), Vec::new);
         let mut first = 0;
         while first < count {
             let lanes = run::LANES.min(count - first);
-            registers.run(ops, lanes, |op, out| {
-                if let Some(variable) = variable(op) {
-                    read(variable, first, out);
-                }
-            });
+            registers.run(ops, lanes, |variable, out| read(variable, first, out));
             let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
-            let three = |at: &[u32; 3]| {
+            for (output, at) in outputs {
                 let [x, y, z] = at.map(|at| &registers.of(at)[..lanes]);
-                (0..lanes).map(move |i| [finite(x[i]), finite(y[i]), finite(z[i])])
-            };
-            if let Some(at) = color {
-                made.color.extend(three(at).map(|[r, g, b]| Color::new(r, g, b)));
-            }
-            if let Some(at) = normal {
-                made.normal.extend(three(at));
-            }
-            if let Some(at) = alpha {
-                let alphas = registers.of(*at)[..lanes].iter();
-                made.alpha.extend(alphas.map(|alpha| finite(*alpha).clamp(0.0, 1.0)));
+                let colors = match output {
+                    Output::Alpha => {
+                        made.alpha.extend(x.iter().map(|alpha| finite(*alpha).clamp(0.0, 1.0)));
+                        continue;
+                    }
+                    Output::Color => &mut made.color,
+                    Output::Normal => &mut made.normal,
+                    Output::Channel(k) => &mut made.channels[*k as usize],
+                };
+                let three = x.iter().zip(y).zip(z);
+                colors.extend(
+                    three.map(|((x, y), z)| Color::new(finite(*x), finite(*y), finite(*z))),
+                );
             }
             first += lanes;
         }
         made
     }
-}
-
-fn variable(op: &Op) -> Option<Variable> {
-    let input = match op {
-        Op::Fits(pattern) => return Some(Variable::Fits(*pattern)),
-        Op::Input(input) => *input,
-        _ => return None,
-    };
-    Some(match input {
-        Input::P(i) => Variable::World(i),
-        Input::Po(i) => Variable::Object(i),
-        Input::N(i) => Variable::Normal(i),
-        Input::I(i) => Variable::Eye(i),
-        Input::Uv(i) => Variable::Texture(i),
-        Input::Screen(i) => Variable::Screen(i),
-        Input::Color(i) => Variable::Color(i),
-        Input::Alpha => Variable::Alpha,
-        Input::Depth => Variable::Depth,
-        Input::Width => Variable::Width,
-        Input::WidthOf(i) => Variable::WidthOf(i),
-        Input::Face => Variable::Face,
-        Input::Front => Variable::Front,
-    })
 }

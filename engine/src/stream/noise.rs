@@ -1,4 +1,5 @@
-//! Noise: Perlin's, and points in cells. All of it is deterministic, and filtered by what a pixel covers.
+//! Noise: Perlin's, and points in cells. All of it is deterministic, and filtered by what a pixel covers. Shaders in
+//! Rust that use it look as programs do.
 
 /// A number of 32 bits that belongs to three whole numbers.
 fn hash(x: i32, y: i32, z: i32) -> u32 {
@@ -17,24 +18,43 @@ fn share(h: u32) -> f32 {
 }
 
 /// The cell of a place, and the place in it. Beyond what whole numbers hold there is no noise.
+#[inline(always)]
 fn cell(v: f32) -> (i32, f32) {
-    let floor = v.floor();
-    if floor.abs() < 1e9 { (floor as i32, v - floor) } else { (0, 0.0) }
+    if v.abs() < 1e9 {
+        // As `floor` has it, which is a call where processors have no instruction for it.
+        let whole = v as i32;
+        let below = whole - i32::from(whole as f32 > v);
+        return (below, v - below as f32);
+    }
+    (0, 0.0)
 }
 
-/// One of the twelve edges of a cube, times a place (Perlin, "Improving Noise", 2002).
+/// The twelve edges of a cube, four of them twice (Perlin, "Improving Noise", 2002).
+const EDGES: [[f32; 3]; 16] = {
+    let mut edges = [[0.0; 3]; 16];
+    let mut h = 0;
+    while h < 16 {
+        let (u, v) = match h {
+            0..=3 | 12 | 14 => (0, 1),
+            4..=7 => (0, 2),
+            _ => (1, 2),
+        };
+        edges[h][u] = if h & 1 == 0 { 1.0 } else { -1.0 };
+        edges[h][v] = if h & 2 == 0 { 1.0 } else { -1.0 };
+        h += 1;
+    }
+    edges
+};
+
+/// One of the edges times a place. Looked up, as no processor foresees which it is.
+#[inline(always)]
 fn gradient(h: u32, x: f32, y: f32, z: f32) -> f32 {
-    let (u, v) = match h & 15 {
-        0 | 2 | 1 | 3 | 12 | 14 => (x, y),
-        4..=7 => (x, z),
-        _ => (y, z),
-    };
-    let signs = [1.0, -1.0];
-    u * signs[(h & 1) as usize] + v * signs[(h >> 1 & 1) as usize]
+    let [u, v, w] = EDGES[(h & 15) as usize];
+    x * u + y * v + z * w
 }
 
-/// Perlin's noise, about -1 to 1.
-pub(super) fn perlin([x, y, z]: [f32; 3]) -> f32 {
+/// Perlin's noise at a place in three numbers, about -1 to 1. What is no finite number is nowhere in its cell.
+pub fn perlin([x, y, z]: [f32; 3]) -> f32 {
     let ((i, x), (j, y), (k, z)) = (cell(x), cell(y), cell(z));
     let fade = |t: f32| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let (u, v, w) = (fade(x), fade(y), fade(z));
@@ -48,15 +68,16 @@ pub(super) fn perlin([x, y, z]: [f32; 3]) -> f32 {
     mix(plane(0), plane(1), w)
 }
 
-/// How much of noise of one cell to a unit is left where a pixel covers `width` units.
-pub(super) fn left(width: f32) -> f32 {
+/// How much of noise of one cell to a unit is left where a pixel covers `width` units: 0 to 1.
+pub fn left(width: f32) -> f32 {
     // Its waves are about one to two units long: half a wave to a pixel is all that a picture can show.
     let t = ((width - 0.3) / 0.5).clamp(0.0, 1.0);
     1.0 - t * t * (3.0 - 2.0 * t)
 }
 
-/// Noise of ever finer cells, each with less of it: a sum about -1 to 1. With `turbulent`, of its amount.
-pub(super) fn octaves(
+/// Noise of ever finer cells, each with less of it: a sum about -1 to 1; with `turbulent`, of its amount. There
+/// are `count` octaves, 16 at most, each `lacunarity` times finer and `gain` times weaker than the one before.
+pub fn octaves(
     at: [f32; 3],
     width: f32,
     [count, lacunarity, gain]: [f32; 3],
@@ -83,12 +104,12 @@ pub(super) fn octaves(
 const MEAN_AMOUNT: f32 = 0.21;
 
 /// A number for each cell of one unit.
-pub(super) fn of_cell([x, y, z]: [f32; 3]) -> f32 {
+pub fn of_cell([x, y, z]: [f32; 3]) -> f32 {
     share(hash(cell(x).0, cell(y).0, cell(z).0))
 }
 
 /// Points in cells (Worley): the way to the nearest and the second nearest, and a number of the nearest.
-pub(super) fn voronoi([x, y, z]: [f32; 3], jitter: f32) -> [f32; 3] {
+pub fn voronoi([x, y, z]: [f32; 3], jitter: f32) -> [f32; 3] {
     let ((i, x), (j, y), (k, z)) = (cell(x), cell(y), cell(z));
     let (mut first, mut second, mut whose) = (f32::INFINITY, f32::INFINITY, 0.0);
     for a in -1..=1 {

@@ -1,77 +1,17 @@
 //! Instructions, each over some hundred fragments at a time.
 
 use super::noise;
+use super::variable::Variable;
 use crate::math;
 
 /// Fragments that an instruction runs over at once: few enough for all registers to stay near.
 pub(super) const LANES: usize = 128;
 
-/// A variable of the fragments.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Input {
-    /// The place in the world.
-    P(u32),
-    /// The place in the object.
-    Po(u32),
-    /// The normal.
-    N(u32),
-    /// The vector to the eye.
-    I(u32),
-    /// Texture coordinates.
-    Uv(u32),
-    /// The place in the picture, in shares of its width and height.
-    Screen(u32),
-    Color(u32),
-    Alpha,
-    /// The distance along the view axis.
-    Depth,
-    /// What a pixel covers of the face, across, in metres.
-    Width,
-    /// The same in the object, in texture coordinates, and in the picture.
-    WidthOf(u32),
-    Face,
-    Front,
-}
+/// Fragments that are worked on at once: known when this is compiled, so that it is done by vectors.
+const WIDTH: usize = 16;
 
-impl Input {
-    /// The names of variables.
-    pub(super) const NAMES: [&'static str; 16] = [
-        "P", "Po", "N", "I", "u", "v", "x", "y", "color", "Cs", "alpha", "normal", "depth",
-        "width", "face", "front",
-    ];
-
-    /// A variable by its name: its first part, the number of parts, and what a pixel covers of it.
-    pub(super) fn named(name: &str) -> Option<(Input, u32, Option<Input>)> {
-        Some(match name {
-            "P" => (Input::P(0), 3, Some(Input::Width)),
-            "Po" => (Input::Po(0), 3, Some(Input::WidthOf(0))),
-            "N" | "normal" => (Input::N(0), 3, None),
-            "I" => (Input::I(0), 3, None),
-            "u" => (Input::Uv(0), 1, Some(Input::WidthOf(1))),
-            "v" => (Input::Uv(1), 1, Some(Input::WidthOf(1))),
-            "x" => (Input::Screen(0), 1, Some(Input::WidthOf(2))),
-            "y" => (Input::Screen(1), 1, Some(Input::WidthOf(2))),
-            "color" | "Cs" => (Input::Color(0), 3, None),
-            "alpha" => (Input::Alpha, 1, None),
-            "depth" => (Input::Depth, 1, None),
-            "width" => (Input::Width, 1, None),
-            "face" => (Input::Face, 1, None),
-            "front" => (Input::Front, 1, None),
-            _ => return None,
-        })
-    }
-
-    pub(super) fn part(self, by: u32) -> Input {
-        match self {
-            Input::P(i) => Input::P(i + by),
-            Input::Po(i) => Input::Po(i + by),
-            Input::N(i) => Input::N(i + by),
-            Input::I(i) => Input::I(i + by),
-            Input::Color(i) => Input::Color(i + by),
-            other => other,
-        }
-    }
-}
+/// A register, or a part of one.
+type Block = [f32; WIDTH];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Unary {
@@ -158,8 +98,9 @@ impl Binary {
             // As floor division leaves it: patterns go on across zero.
             Binary::Modulo => a - b * (a / b).floor(),
             Binary::Power => math::powf(a, b),
-            Binary::Min => a.min(b),
-            Binary::Max => a.max(b),
+            // As vectors have them: the second, if either is no number.
+            Binary::Min => least(a, b),
+            Binary::Max => most(a, b),
             Binary::Atan2 => math::atan2(f64::from(a), f64::from(b)) as f32,
             Binary::Less => truth(a < b),
             Binary::Greater => truth(a > b),
@@ -173,16 +114,94 @@ impl Binary {
     }
 }
 
+/// What two operations in one may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Simple {
+    Add,
+    Subtract,
+    Multiply,
+    Min,
+    Max,
+    /// What the first takes from the second.
+    Taken,
+}
+
+/// Two operations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Pair(Simple, Simple);
+
+impl Pair {
+    /// One operation on what another gives, which is its first value or its last.
+    pub(super) fn of(first: Binary, second: Binary, is_last: bool) -> Option<Pair> {
+        let simple = |op: Binary| match op {
+            Binary::Add => Some(Simple::Add),
+            Binary::Subtract => Some(Simple::Subtract),
+            Binary::Multiply => Some(Simple::Multiply),
+            Binary::Min => Some(Simple::Min),
+            Binary::Max => Some(Simple::Max),
+            _ => None,
+        };
+        match (simple(first)?, simple(second)?) {
+            (first, Simple::Subtract) if is_last => Some(Pair(first, Simple::Taken)),
+            (first, second) => Some(Pair(first, second)),
+        }
+    }
+
+    fn run(self, from: [&[Block]; 3], out: &mut [Block]) {
+        let Pair(first, second) = self;
+        match first {
+            Simple::Add => then(|a, b| a + b, second, from, out),
+            Simple::Subtract => then(|a, b| a - b, second, from, out),
+            Simple::Multiply => then(|a, b| a * b, second, from, out),
+            Simple::Min => then(least, second, from, out),
+            Simple::Max => then(most, second, from, out),
+            Simple::Taken => then(|a, b| b - a, second, from, out),
+        }
+    }
+}
+
+/// Something, and then a second operation, in one loop each.
+fn then(first: impl Fn(f32, f32) -> f32, second: Simple, from: [&[Block]; 3], out: &mut [Block]) {
+    match second {
+        Simple::Add => three(from, out, |a, b, c| first(a, b) + c),
+        Simple::Subtract => three(from, out, |a, b, c| first(a, b) - c),
+        Simple::Multiply => three(from, out, |a, b, c| first(a, b) * c),
+        Simple::Min => three(from, out, |a, b, c| least(first(a, b), c)),
+        Simple::Max => three(from, out, |a, b, c| most(first(a, b), c)),
+        Simple::Taken => three(from, out, |a, b, c| c - first(a, b)),
+    }
+}
+
+#[inline(always)]
+fn three([a, b, c]: [&[Block]; 3], out: &mut [Block], of: impl Fn(f32, f32, f32) -> f32) {
+    for (out, ((a, b), c)) in out.iter_mut().zip(a.iter().zip(b).zip(c)) {
+        *out = std::array::from_fn(|i| of(a[i], b[i], c[i]));
+    }
+}
+
+#[inline(always)]
+fn least(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn most(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 /// An instruction: what a register is made of. Numbers are registers before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Op {
     /// The bits of a number.
     Number(u32),
-    Input(Input),
-    /// Whether the object's name fits a pattern.
-    Fits(u32),
+    Input(Variable),
     Unary(Unary, u32),
     Binary(Binary, u32, u32),
+    /// Two of a kind, the second of what the first gives and a third register.
+    Pair {
+        pair: Pair,
+        from: [u32; 3],
+    },
     Select(u32, u32, u32),
     Perlin {
         from: [u32; 3],
@@ -244,7 +263,7 @@ impl Op {
 
     pub(super) fn each_mut(&mut self, mut visit: impl FnMut(&mut u32)) {
         match self {
-            Op::Number(_) | Op::Input(_) | Op::Fits(_) => {}
+            Op::Number(_) | Op::Input(_) => {}
             Op::Unary(_, a) => visit(a),
             Op::Binary(_, a, b) => [a, b].into_iter().for_each(visit),
             Op::Select(c, a, b) => [c, a, b].into_iter().for_each(visit),
@@ -256,7 +275,9 @@ impl Op {
                 from.iter_mut().chain(shape).for_each(&mut visit);
                 visit(width);
             }
-            Op::Cell { from } | Op::Hue { from, .. } => from.iter_mut().for_each(visit),
+            Op::Cell { from } | Op::Hue { from, .. } | Op::Pair { from, .. } => {
+                from.iter_mut().for_each(visit)
+            }
             Op::Voronoi { from, jitter, .. } => {
                 from.iter_mut().for_each(&mut visit);
                 visit(jitter);
@@ -266,81 +287,88 @@ impl Op {
 }
 
 /// The registers of a run.
-pub(super) struct Registers(Vec<[f32; LANES]>);
+pub(super) struct Registers(Vec<[Block; LANES / WIDTH]>);
 
 impl Registers {
     /// Registers for instructions; numbers are there already.
     pub(super) fn new(ops: &[Op]) -> Registers {
-        Registers(ops.iter().map(|op| [op.as_number().unwrap_or(0.0); LANES]).collect())
+        let filled = |op: &Op| [[op.as_number().unwrap_or(0.0); WIDTH]; LANES / WIDTH];
+        Registers(ops.iter().map(filled).collect())
     }
 
-    pub(super) fn of(&self, at: u32) -> &[f32; LANES] {
-        &self.0[at as usize]
+    pub(super) fn of(&self, at: u32) -> &[f32] {
+        self.0[at as usize].as_flattened()
     }
 
     /// Runs all instructions for the first `count` lanes; `input` fills what comes from outside.
-    pub(super) fn run(&mut self, ops: &[Op], count: usize, mut input: impl FnMut(&Op, &mut [f32])) {
+    pub(super) fn run(
+        &mut self,
+        ops: &[Op],
+        count: usize,
+        mut input: impl FnMut(Variable, &mut [f32]),
+    ) {
+        let blocks = count.div_ceil(WIDTH);
         for (at, op) in ops.iter().enumerate() {
             let (before, rest) = self.0.split_at_mut(at);
-            let out = &mut rest[0][..count];
-            let reg = |at: &u32| &before[*at as usize][..count];
-            let three = |from: &[u32; 3]| [reg(&from[0]), reg(&from[1]), reg(&from[2])];
+            let out = &mut rest[0][..blocks];
+            let reg = |at: &u32| &before[*at as usize][..blocks];
+            let lane = |at: &u32| &before[*at as usize].as_flattened()[..count];
+            let lanes = |from: &[u32; 3]| [lane(&from[0]), lane(&from[1]), lane(&from[2])];
             match op {
                 Op::Number(_) => {}
-                Op::Input(_) | Op::Fits(_) => input(op, out),
+                Op::Input(variable) => input(*variable, &mut out.as_flattened_mut()[..count]),
                 Op::Unary(op, a) => unary(*op, reg(a), out),
                 Op::Binary(op, a, b) => binary(*op, reg(a), reg(b), out),
+                Op::Pair { pair, from: [a, b, c] } => pair.run([reg(a), reg(b), reg(c)], out),
                 Op::Select(c, a, b) => {
-                    let sides = reg(a).iter().zip(reg(b));
-                    for ((out, c), (a, b)) in out.iter_mut().zip(reg(c)).zip(sides) {
-                        *out = if *c != 0.0 { *a } else { *b };
-                    }
+                    three([reg(c), reg(a), reg(b)], out, |c, a, b| if c != 0.0 { a } else { b });
                 }
                 Op::Perlin { from, width } => {
-                    let ([x, y, z], width) = (three(from), reg(width));
-                    for (i, out) in out.iter_mut().enumerate() {
-                        let left = noise::left(width[i]);
-                        *out =
-                            if left > 0.0 { noise::perlin([x[i], y[i], z[i]]) * left } else { 0.0 };
-                    }
+                    let ([x, y, z], width) = (lanes(from), lane(width));
+                    each(out, count, |i| match noise::left(width[i]) {
+                        left if left > 0.0 => noise::perlin([x[i], y[i], z[i]]) * left,
+                        _ => 0.0,
+                    });
                 }
                 Op::Octaves { from, width, shape, turbulent } => {
-                    let ([x, y, z], [a, b, c], width) = (three(from), three(shape), reg(width));
-                    for (i, out) in out.iter_mut().enumerate() {
+                    let ([x, y, z], [a, b, c], width) = (lanes(from), lanes(shape), lane(width));
+                    each(out, count, |i| {
                         let shape = [a[i], b[i], c[i]];
-                        *out = noise::octaves([x[i], y[i], z[i]], width[i], shape, *turbulent);
-                    }
+                        noise::octaves([x[i], y[i], z[i]], width[i], shape, *turbulent)
+                    });
                 }
                 Op::Cell { from } => {
-                    let [x, y, z] = three(from);
-                    for (i, out) in out.iter_mut().enumerate() {
-                        *out = noise::of_cell([x[i], y[i], z[i]]);
-                    }
+                    let [x, y, z] = lanes(from);
+                    each(out, count, |i| noise::of_cell([x[i], y[i], z[i]]));
                 }
                 Op::Voronoi { from, jitter, part } => {
-                    let ([x, y, z], jitter) = (three(from), reg(jitter));
-                    for (i, out) in out.iter_mut().enumerate() {
-                        *out = noise::voronoi([x[i], y[i], z[i]], jitter[i])[*part as usize];
-                    }
+                    let ([x, y, z], jitter) = (lanes(from), lane(jitter));
+                    let part = *part as usize;
+                    each(out, count, |i| noise::voronoi([x[i], y[i], z[i]], jitter[i])[part]);
                 }
                 Op::Hue { from, part, is_back } => {
-                    let [x, y, z] = three(from);
+                    let [x, y, z] = lanes(from);
                     let change = if *is_back { to_rgb } else { to_hsl };
-                    for (i, out) in out.iter_mut().enumerate() {
-                        *out = change([x[i], y[i], z[i]])[*part as usize];
-                    }
+                    each(out, count, |i| change([x[i], y[i], z[i]])[*part as usize]);
                 }
             }
         }
     }
 }
 
+/// One lane after the other.
+fn each(out: &mut [Block], count: usize, of: impl Fn(usize) -> f32) {
+    out.as_flattened_mut()[..count].iter_mut().enumerate().for_each(|(i, out)| *out = of(i));
+}
+
 /// One operation for all lanes: told apart outside of the loop, so that it is done by vectors.
-fn unary(op: Unary, a: &[f32], out: &mut [f32]) {
+fn unary(op: Unary, a: &[Block], out: &mut [Block]) {
     macro_rules! each {
         ($($op:ident),*) => {
             match op {
-                $(Unary::$op => out.iter_mut().zip(a).for_each(|(out, a)| *out = Unary::$op.of(*a)),)*
+                $(Unary::$op => {
+                    out.iter_mut().zip(a).for_each(|(out, a)| *out = a.map(|a| Unary::$op.of(a)));
+                })*
             }
         };
     }
@@ -350,14 +378,14 @@ fn unary(op: Unary, a: &[f32], out: &mut [f32]) {
     );
 }
 
-fn binary(op: Binary, a: &[f32], b: &[f32], out: &mut [f32]) {
+fn binary(op: Binary, a: &[Block], b: &[Block], out: &mut [Block]) {
     macro_rules! each {
         ($($op:ident),*) => {
             match op {
                 $(Binary::$op => {
-                    out.iter_mut().zip(a.iter().zip(b)).for_each(|(out, (a, b))| {
-                        *out = Binary::$op.of(*a, *b);
-                    });
+                    for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
+                        *out = std::array::from_fn(|i| Binary::$op.of(a[i], b[i]));
+                    }
                 })*
             }
         };

@@ -23,7 +23,7 @@ pub struct Write {
     /// (distance along the view axis in metres, infinite for background), `N` (unit normal in world
     /// axes), `P` (position in the world), `Id` (object), `Light` (a layer `light_NAME` for each light,
     /// `light_own_ambient` for what `Illuminate` adds by itself, and `rest` for what comes from no light;
-    /// they sum to the colour), `light_error` (by how much light that is found by samples may be off),
+    /// they sum to the colour), `Made` (`NAME`, or a layer of that name, for each channel that programs of `Stream` made), `light_error` (by how much light that is found by samples may be off),
     /// `aa_error` (by which share of the pixel its coverage may be off, 0 to 1). `Z`, `N`, `P` and `Id` are
     /// those of the face that covers most of the pixel, unfiltered.
     pub channels: BTreeSet<Channel>,

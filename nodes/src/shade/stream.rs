@@ -1,13 +1,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spandrel_engine::Result;
-use spandrel_engine::color::Color;
+use spandrel_engine::color::{Color, Kind};
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::shade;
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::stream::Parameter;
+use spandrel_engine::stream::{Fault, Parameter};
 use spandrel_engine::values::Lines;
+use spandrel_engine::{Error, Result};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -15,13 +15,14 @@ use std::sync::Arc;
 /// Before `Illuminate` it makes what surfaces look like (marble, wood); after it, it grades what is lit, one
 /// object by name without a fringe.
 ///
-/// The program assigns `color`, `alpha` or `normal`, or ends with a colour. It knows `P` and `Po` (the place
-/// in the world and in the object, metres), `N`, `I` (to the eye), `u`, `v`, `x`, `y` (the place in the
-/// picture, 0 to 1), `color`, `alpha`, `depth`, `width` (what a pixel covers, metres), `face` (number),
-/// `front`, and `object("*tree*")`, 1 where the object's
-/// name, or the end of it after a `/`, fits. Functions have SeExpr's names: `noise`,
+/// The program assigns `color`, `alpha`, `normal` or a channel, or ends with a colour. It knows `P` and `Po`
+/// (the place in the world and in the object, metres), `N`, `I` (to the eye), `u`, `v`, `x`, `y` (the place in
+/// the picture, 0 to 1), `color`, `alpha`, `depth`, `width` (what a pixel covers, metres), `coverage` (how much
+/// of its pixel is covered, 0 to 1), `frame`, `face`, `object` and `material` (numbers; the last two from names,
+/// the same in every frame), `front`, and `object("*tree*")` and `material("glass*")`, 1 where the name, or
+/// the end of it after a `/`, fits. Functions have SeExpr's names: `noise`,
 /// `snoise`, `vnoise`, `fbm`, `turbulence`, `cellnoise`, `voronoi`, `mix`, `clamp`, `smoothstep(x, a, b)`,
-/// `fmod` (never negative for a positive divisor, as is `%`: patterns go on across 0), `fit`, `bias`, `gamma`, `contrast`, `saturate`, `rgbtohsl`, `dot`, `norm` and more. There are `if (..) {}
+/// `fmod` (never negative for a positive divisor, as is `%`: patterns go on across 0), `fit`, `remap`, `bias`, `gamma`, `contrast`, `saturate`, `rgbtohsl`, `dot`, `norm` and more. There are `if (..) {}
 /// else {}`, `a ? b : c`, vectors `[x, y, z]` with parts `.x` or `[0]`, and functions of one's own,
 /// `def name(a, b) { c = a * b; c + 1 }`, before all else.
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -35,20 +36,33 @@ pub struct Stream {
     pub numbers: BTreeMap<String, f32>,
     /// Colours that it knows by name.
     pub colors: BTreeMap<String, Color>,
+    /// Channels that it makes, or reads where a `Stream` before it made them, by name: each a `Number` or a
+    /// `Color`, as in `{"wet": Number}`. `Write` writes them with the channel `Made`.
+    pub channels: BTreeMap<String, Kind>,
+    /// What `frame` is in the program.
+    pub frame: f32,
 }
 
 impl Default for Stream {
     fn default() -> Stream {
-        let (numbers, colors) = (BTreeMap::new(), BTreeMap::new());
-        Stream { image: Link::default(), code: "color".to_owned(), numbers, colors }
+        Stream {
+            image: Link::default(),
+            code: "color".to_owned(),
+            numbers: BTreeMap::new(),
+            colors: BTreeMap::new(),
+            channels: BTreeMap::new(),
+            frame: 0.0,
+        }
     }
 }
 
 impl Stream {
-    fn shader(&self) -> Result<shade::Stream> {
+    fn shader(&self) -> std::result::Result<shade::Stream, Fault> {
         let numbers = self.numbers.iter().map(|(name, n)| (name.clone(), Parameter::Number(*n)));
         let colors = self.colors.iter().map(|(name, c)| (name.clone(), Parameter::Color(*c)));
-        shade::Stream::new(&self.code, numbers.chain(colors).collect())
+        let frame = ("frame".to_owned(), Parameter::Number(self.frame));
+        let parameters = std::iter::once(frame).chain(numbers).chain(colors).collect();
+        shade::Stream::new(&self.code, parameters, self.channels.clone())
     }
 }
 
@@ -60,7 +74,8 @@ impl Node for Stream {
         &["DeepExpression", "Expression", "PixelStreamEditor", "BlinkScript", "Wrangle"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {
-        self.shader().map(drop).map_err(|error| FieldError::new("code", error.to_string()))
+        let at_code = |fault: Fault| FieldError::new("code", fault.to_string()).at(fault.at);
+        self.shader().map(drop).map_err(at_code)
     }
 
     fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
@@ -69,6 +84,7 @@ impl Node for Stream {
     }
 
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
-        inputs.get(&self.image).shaded(Arc::new(self.shader()?))
+        let shader = self.shader().map_err(|fault| Error::invalid(fault.to_string()))?;
+        inputs.get(&self.image).shaded(Arc::new(shader))
     }
 }

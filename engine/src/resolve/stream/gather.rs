@@ -59,7 +59,7 @@ pub(super) struct Group {
     /// x, y and depth.
     pub(super) points: [Vec<f64>; 3],
     pub(super) spots: Vec<Spot>,
-    /// The pixel that each fragment belongs to, and its share of it; empty if they are blended first.
+    /// The pixel that each fragment belongs to, and its share of it.
     pub(super) pixels: Vec<(u32, f32)>,
 }
 
@@ -229,6 +229,7 @@ impl Stream<'_> {
             let point = Point { face: *face, x, y };
             gathered.members.push(Member { point, source, index: group.ordinal.len() });
             group.push(self.image, point, row, column, area == 1.0);
+            group.pixels.push((pixel as u32, area));
         }
         let members = first..gathered.members.len();
         gathered.blends.push(Blend { pixel, area, members });
