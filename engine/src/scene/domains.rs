@@ -2,6 +2,7 @@
 //! *bundles*, which are materials. Indices are never mixed: what a pixel covers of a surface is divided among its
 //! domains.
 
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,7 +10,7 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, FirstError, Result};
 use crate::image::texels::{self, Samples, Texels};
 use crate::key::KeyHasher;
-use crate::texture::{Filter, Footprint, Mapping, Meaning, Opened, Source, store};
+use crate::texture::{Filter, Footprint, Mapping, Meaning, Opened, Source, is_in, store};
 
 /// Attribute domains of a surface, and what each looks like.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -40,30 +41,54 @@ pub enum Define {
     Picture(String),
 }
 
-/// Samples along each side of what a pixel covers: at least, and of a canvas of functions.
-const SIDE: u32 = 8;
+/// The most texels of a trigger pattern, or canvases, along a side of what a pixel covers for which its shares are
+/// exact.
+const NEAR: f64 = 8.0;
+const NEAR_CANVASES: f64 = 3.0;
 
-/// The most samples along a side.
+/// Samples of a canvas along a side of what a pixel covers of many, and the most of all.
+const SAMPLES: f64 = 8.0;
 const MOST_SAMPLES: f64 = 48.0;
 
 /// The most indices of a table.
 const MOST: usize = 64;
 
 impl Define {
-    /// The index at a place, if it is a function.
-    fn index(&self, u: f64, v: f64) -> u8 {
-        let (u, v) = (u - u.floor(), v - v.floor());
-        match self {
-            Define::Tiled(joint) => u8::from(u >= *joint && v >= *joint),
-            Define::Bricked(joint) => {
-                let course = v * 2.0;
-                let upper = course >= 1.0;
-                let along = if upper { u + 0.5 } else { u };
-                u8::from(along - along.floor() >= *joint && course - course.floor() >= *joint)
+    /// Where a canvas has the index 1, if it is a function: elsewhere it is 0.
+    fn ones(&self) -> [[DVec2; 2]; 2] {
+        let rectangle = |u: [f64; 2], v: [f64; 2]| [DVec2::new(u[0], v[0]), DVec2::new(u[1], v[1])];
+        match *self {
+            Define::Tiled(joint) => [rectangle([joint, 1.0], [joint, 1.0]), [DVec2::ZERO; 2]],
+            Define::Bricked(joint) => [
+                rectangle([joint, 1.0], [joint / 2.0, 0.5]),
+                rectangle([joint - 0.5, 0.5], [0.5 + joint / 2.0, 1.0]),
+            ],
+            Define::Checker => {
+                [rectangle([0.0, 0.5], [0.0, 0.5]), rectangle([0.5, 1.0], [0.5, 1.0])]
             }
-            Define::Checker => u8::from((u < 0.5) == (v < 0.5)),
-            Define::Picture(_) => 0,
+            Define::Picture(_) => [[DVec2::ZERO; 2]; 2],
         }
+    }
+
+    /// How much of what a pixel covers has the index 1, if it is a function.
+    fn share(&self, footprint: &Footprint) -> f64 {
+        let ones = self.ones();
+        let (right, down) = (footprint.right.length(), footprint.down.length());
+        if right.max(down) <= NEAR_CANVASES {
+            return footprint.share_of(&ones);
+        }
+        let count = |side: f64| (side * SAMPLES).ceil().clamp(SAMPLES, MOST_SAMPLES);
+        let (m, n) = (count(right), count(down));
+        let mut sum = 0.0;
+        for j in 0..n as u32 {
+            for i in 0..m as u32 {
+                let s = (f64::from(i) + 0.5) / m - 0.5;
+                let t = (f64::from(j) + 0.5) / n - 0.5;
+                let at = footprint.at + footprint.right * s + footprint.down * t;
+                sum += f64::from(u8::from(is_in(&ones, at)));
+            }
+        }
+        sum / (m * n)
     }
 }
 
@@ -108,32 +133,34 @@ impl Domains {
 pub(super) struct Ready {
     pub(super) domains: Domains,
     path: PathBuf,
-    /// Of a trigger pattern, four indices of the table each: how much of a texel is theirs.
+    /// Of a trigger pattern, four indices of the table each: the pattern, and how much of its coarser texels is theirs.
     sources: Vec<Source>,
     fault: FirstError,
 }
 
 impl Ready {
     pub(super) fn new(domains: &Domains) -> Ready {
-        let path = match &domains.define {
-            Define::Picture(path) => PathBuf::from(path),
-            _ => PathBuf::new(),
+        let mut ready = Ready {
+            domains: domains.clone(),
+            path: PathBuf::new(),
+            sources: Vec::new(),
+            fault: FirstError::default(),
         };
+        let Define::Picture(path) = &domains.define else { return ready };
+        ready.path = PathBuf::from(path);
         let known: Vec<u8> = domains.numbers.keys().copied().collect();
-        let is_picture = matches!(domains.define, Define::Picture(_));
-        let fours = known.chunks(4).filter(|_| is_picture);
+        let about = std::fs::metadata(&ready.path).ok();
+        let about = about.map(|file| (file.len(), file.modified().ok()));
         let source = |four: &[u8]| {
+            let four = std::array::from_fn(|k| four[k.min(four.len() - 1)]);
             let mut key = KeyHasher::new("trigger");
-            key.value(&(&path, &known, four));
-            if let Ok(about) = std::fs::metadata(&path) {
-                key.value(&(about.len(), about.modified().ok()));
-            }
-            let (from, known, four) = (path.clone(), known.clone(), four.to_vec());
-            let read = move || members(&from, &known, &four);
-            Source { key: key.finish(), meaning: Meaning::Numbers, read: Box::new(read) }
+            key.value(&(&ready.path, &known, four, about));
+            let (from, known) = (ready.path.clone(), known.clone());
+            let read = Box::new(move || indices(&from, &known));
+            Source { key: key.finish(), meaning: Meaning::Indices(four), read }
         };
-        let sources = fours.map(source).collect();
-        Ready { domains: domains.clone(), path, sources, fault: FirstError::default() }
+        ready.sources = known.chunks(4).map(source).collect();
+        ready
     }
 
     /// Whether its picture is there.
@@ -167,51 +194,38 @@ impl Ready {
         let numbers: Vec<u32> = self.domains.numbers.values().copied().collect();
         let mut shares = vec![0.0f32; numbers.len()];
         let wrap = self.domains.mapping.wrap;
-        // So many to each canvas that a pixel covers.
-        let count = |side: glam::DVec2| {
-            let wanted = (side.length() * f64::from(SIDE)).ceil();
-            let most = if opened.is_empty() { MOST_SAMPLES } else { f64::from(SIDE) };
-            wanted.clamp(f64::from(SIDE), most) as u32
-        };
-        let (m, n) = (count(footprint.right), count(footprint.down));
-        let each = |mut visit: Box<dyn FnMut(glam::DVec2) + '_>| {
-            for j in 0..n {
-                for i in 0..m {
-                    let s = (f64::from(i) + 0.5) / f64::from(m) - 0.5;
-                    let t = (f64::from(j) + 0.5) / f64::from(n) - 0.5;
-                    visit(footprint.at + footprint.right * s + footprint.down * t);
-                }
+        let place = |index: u8| self.domains.numbers.keys().position(|known| *known == index);
+        let Some(first) = opened.first() else {
+            let ones = self.domains.define.share(footprint) as f32;
+            for (index, share) in [(0, 1.0 - ones), (1, ones)] {
+                shares[place(index).unwrap_or(0)] += share;
             }
+            return self.there(numbers, shares);
         };
-        let one = 1.0 / (m * n) as f32;
-        match opened.first() {
-            None => each(Box::new(|at| {
-                let index = self.domains.define.index(at.x, at.y);
-                let place = self.domains.numbers.keys().position(|known| *known == index);
-                shares[place.unwrap_or(0)] += one;
-            })),
-            Some(first) => {
-                let size = glam::DVec2::new(f64::from(first.size.0), f64::from(first.size.1));
-                let texels =
-                    (footprint.right * size).length().max((footprint.down * size).length());
-                for (four, opened) in shares.chunks_mut(4).zip(opened) {
-                    let mut add = |at: &Footprint, filter: Filter, weight: f32| {
-                        let seen = at.see(opened, filter, wrap);
-                        let seen = self.fault.sift(seen).unwrap_or_default();
-                        four.iter_mut().zip(seen).for_each(|(share, v)| *share += v * weight);
-                    };
-                    if texels > f64::from(SIDE) {
-                        add(footprint, filter, 1.0);
-                    } else {
-                        // Near enough, domains have edges, wherever a pixel is: no filter mixes them.
-                        each(Box::new(|at| {
-                            let at = Footprint { at, ..Footprint::default() };
-                            add(&at, Filter::Nearest, one);
-                        }));
-                    }
-                }
+        let size = DVec2::new(f64::from(first.size.0), f64::from(first.size.1));
+        let texels = (footprint.right * size).length().max((footprint.down * size).length());
+        if texels > NEAR {
+            for (four, opened) in shares.chunks_mut(4).zip(opened) {
+                let seen = self.fault.sift(footprint.see(opened, filter, wrap));
+                four.iter_mut().zip(seen.unwrap_or_default()).for_each(|(share, v)| *share = v);
             }
+        } else {
+            // Near enough, domains have edges, wherever a pixel is: no filter mixes them.
+            let mut last = None;
+            let told = footprint.indices(first, wrap, |index, share| {
+                let known = last.filter(|(known, _)| *known == index);
+                let (_, at) = *last.insert(known.unwrap_or((index, place(index))));
+                if let Some(at) = at {
+                    shares[at] += share;
+                }
+            });
+            self.fault.sift(told);
         }
+        self.there(numbers, shares)
+    }
+
+    /// The materials that have any share, their shares made to sum to 1: at least one.
+    fn there(&self, numbers: Vec<u32>, shares: Vec<f32>) -> Vec<(u32, f32)> {
         let all: f32 = shares.iter().sum();
         let there = numbers.into_iter().zip(shares).filter(|(_, share)| *share > 1e-4 * all);
         let there: Vec<(u32, f32)> = there.map(|(number, share)| (number, share / all)).collect();
@@ -224,8 +238,8 @@ impl Ready {
     }
 }
 
-/// Of each texel of a trigger pattern, whether it is of four indices.
-fn members(path: &Path, known: &[u8], four: &[u8]) -> Result<Texels> {
+/// A trigger pattern, all of whose indices are known.
+fn indices(path: &Path, known: &[u8]) -> Result<Texels> {
     let texels = texels::read(path)?;
     let Samples::Bytes(bytes) = &texels.samples else {
         return Err(Error::in_file(path, "a trigger pattern has 8 bits: its bytes are indices"));
@@ -241,11 +255,5 @@ fn members(path: &Path, known: &[u8], four: &[u8]) -> Result<Texels> {
             ),
         ));
     }
-    let of = |[index, ..]: &[u8; 4]| {
-        let mut is = [0u8; 4];
-        is.iter_mut().zip(four).for_each(|(is, known)| *is = 255 * u8::from(known == index));
-        is
-    };
-    let samples = Samples::Bytes(bytes.iter().map(of).collect());
-    Ok(Texels { size: texels.size, samples })
+    Ok(texels)
 }

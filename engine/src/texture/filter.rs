@@ -143,9 +143,9 @@ fn add(sum: &mut Sample, texel: Sample, weight: f32) {
 }
 
 /// A picture on a surface.
-struct Look<'a, 's> {
-    picture: &'a Opened<'s>,
-    wrap: [Wrap; 2],
+pub(super) struct Look<'a, 's> {
+    pub(super) picture: &'a Opened<'s>,
+    pub(super) wrap: [Wrap; 2],
 }
 
 impl Look<'_, '_> {
@@ -195,7 +195,7 @@ impl Look<'_, '_> {
     }
 
     /// The place of a point on a level, in its texels from the top left, near the picture.
-    fn place(&self, at: DVec2, level: &Level) -> [f64; 2] {
+    pub(super) fn place(&self, at: DVec2, level: &Level) -> [f64; 2] {
         let sizes = [level.width, level.height].map(f64::from);
         // v is upwards.
         let places = [at.x, 1.0 - at.y];
@@ -210,6 +210,17 @@ impl Look<'_, '_> {
     }
 
     fn texel(&self, level: &Level, x: i64, y: i64) -> Sample {
+        match self.within(level, x, y) {
+            Some((x, y)) => {
+                let [r, g, b, a] = level.texel(x, y);
+                [r, g, b, a, 1.0]
+            }
+            None => [0.0; 5],
+        }
+    }
+
+    /// Which texel of a level stands at a place; none beside a picture that ends.
+    pub(super) fn within(&self, level: &Level, x: i64, y: i64) -> Option<(u32, u32)> {
         let inside = |at: i64, size: u32, wrap: Wrap| {
             let size = i64::from(size);
             match wrap {
@@ -222,14 +233,8 @@ impl Look<'_, '_> {
                 Wrap::Nothing => Some(at).filter(|at| (0..size).contains(at)),
             }
         };
-        let (x, y) = (inside(x, level.width, self.wrap[0]), inside(y, level.height, self.wrap[1]));
-        match (x, y) {
-            (Some(x), Some(y)) => {
-                let [r, g, b, a] = level.texel(x as u32, y as u32);
-                [r, g, b, a, 1.0]
-            }
-            _ => [0.0; 5],
-        }
+        let x = inside(x, level.width, self.wrap[0])?;
+        Some((x as u32, inside(y, level.height, self.wrap[1])? as u32))
     }
 
     /// What is left of a place of the picture itself if it is cut out. Between texels the border is a line,

@@ -13,12 +13,22 @@ pub enum Meaning {
     CutOut(f32),
     /// Numbers as they are: normals, heights, shares.
     Numbers,
+    /// A byte is an index, which is never mixed with another: of each of these four, how much of a texel has it.
+    Indices([u8; 4]),
 }
 
 impl Meaning {
     /// Whether alpha weighs the other samples.
     fn is_color(self) -> bool {
-        self != Meaning::Numbers
+        matches!(self, Meaning::Color | Meaning::CutOut(_))
+    }
+
+    /// Of each of its indices, whether a byte is it.
+    fn is_index(self, byte: u8) -> [f32; 4] {
+        match self {
+            Meaning::Indices(four) => four.map(|index| f32::from(u8::from(index == byte))),
+            _ => [0.0; 4],
+        }
     }
 }
 
@@ -37,6 +47,10 @@ pub struct Level {
 enum Stored {
     /// As they are coded, alpha straight.
     Bytes(Vec<[u8; 4]>),
+    /// Grey and opaque, as it is coded.
+    Grey(Vec<u8>),
+    /// Indices.
+    Indices(Vec<u8>),
     /// Decoded; colours with associated alpha.
     Floats(Vec<[f32; 4]>),
 }
@@ -52,6 +66,7 @@ impl Level {
     pub fn bytes(&self) -> usize {
         match &self.texels {
             Stored::Bytes(texels) => size_of_val(&**texels),
+            Stored::Grey(texels) | Stored::Indices(texels) => size_of_val(&**texels),
             Stored::Floats(texels) => size_of_val(&**texels),
         }
     }
@@ -62,6 +77,13 @@ impl Level {
         let at = y as usize * self.width as usize + x as usize;
         match &self.texels {
             Stored::Floats(texels) => texels[at],
+            Stored::Grey(texels) => {
+                let v = texels[at];
+                let share = f32::from(v) * (1.0 / 255.0);
+                let v = if self.meaning.is_color() { decoded()[usize::from(v)] } else { share };
+                [v, v, v, 1.0]
+            }
+            Stored::Indices(texels) => self.meaning.is_index(texels[at]),
             Stored::Bytes(texels) => {
                 let [r, g, b, a] = texels[at];
                 let share = |v: u8| f32::from(v) * (1.0 / 255.0);
@@ -75,10 +97,21 @@ impl Level {
         }
     }
 
+    /// The index of a texel of a picture of indices.
+    pub(super) fn index(&self, x: u32, y: u32) -> u8 {
+        match &self.texels {
+            Stored::Indices(texels) => texels[y as usize * self.width as usize + x as usize],
+            _ => 0,
+        }
+    }
+
     /// The picture itself.
     fn first(picture: Texels, meaning: Meaning) -> Level {
         let (width, height) = picture.size;
         let texels = match picture.samples {
+            Samples::Bytes(texels) if matches!(meaning, Meaning::Indices(_)) => {
+                Stored::Indices(texels.into_iter().map(|[index, ..]| index).collect())
+            }
             Samples::Bytes(texels) => Stored::Bytes(texels),
             Samples::Linear(texels) => Stored::Floats(texels),
             Samples::Words(texels) if meaning.is_color() => {
@@ -95,10 +128,10 @@ impl Level {
 
     /// The same with bytes for numbers, if the picture has no more.
     fn stored(self, as_bytes: bool) -> Level {
-        let Stored::Floats(texels) = &self.texels else { return self };
-        if !as_bytes {
-            return self;
-        }
+        let texels = match &self.texels {
+            Stored::Floats(texels) if as_bytes => texels,
+            _ => return self.grey(),
+        };
         let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
         let coded = |[r, g, b, a]: &[f32; 4]| {
             if !self.meaning.is_color() {
@@ -108,7 +141,20 @@ impl Level {
             let [r, g, b] = [r, g, b].map(|v| byte(encode_srgb((v * straight).clamp(0.0, 1.0))));
             [r, g, b, byte(*a)]
         };
-        Level { texels: Stored::Bytes(texels.iter().map(coded).collect()), ..self }
+        Level { texels: Stored::Bytes(texels.iter().map(coded).collect()), ..self }.grey()
+    }
+
+    /// The same with one byte for a texel, if all are grey and opaque.
+    fn grey(self) -> Level {
+        match &self.texels {
+            Stored::Bytes(texels)
+                if texels.iter().all(|[r, g, b, a]| r == g && g == b && *a == 255) =>
+            {
+                let texels = Stored::Grey(texels.iter().map(|[v, ..]| *v).collect());
+                Level { texels, ..self }
+            }
+            _ => self,
+        }
     }
 
     /// What is left at half of the size: each texel is the mean of what it covers.
@@ -158,8 +204,9 @@ fn shares(many: u32, few: u32) -> Vec<(u32, Vec<f32>)> {
 
 /// All levels of a picture, down to one texel.
 pub fn pyramid(picture: Texels, meaning: Meaning) -> Vec<Level> {
-    let mut levels = vec![Level::first(picture, meaning)];
-    let as_bytes = matches!(levels[0].texels, Stored::Bytes(_));
+    let first = Level::first(picture, meaning);
+    let as_bytes = !matches!(first.texels, Stored::Floats(_));
+    let mut levels = vec![first.grey()];
     // Levels are made of what is exact, and rounded only where they are stored.
     let mut exact: Option<Level> = None;
     loop {
@@ -223,6 +270,36 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn grey_takes_a_byte_and_is_what_it_was() {
+        let size = (8, 4);
+        let texels: Vec<[u8; 4]> = (0..32u8).map(|i| [i * 7, i * 7, i * 7, 255]).collect();
+        for meaning in [Meaning::Color, Meaning::Numbers] {
+            let of = |texels: Vec<[u8; 4]>| {
+                pyramid(Texels { size, samples: Samples::Bytes(texels) }, meaning)
+            };
+            let mut beside = texels.clone();
+            beside[31] = [217, 217, 217, 254];
+            let (grey, plain) = (of(texels.clone()), of(beside));
+            assert_eq!((grey[0].bytes(), grey[1].bytes(), plain[0].bytes()), (32, 8, 128));
+            for (x, y) in [(0, 0), (3, 1), (6, 3)] {
+                assert_eq!(grey[0].texel(x, y), plain[0].texel(x, y));
+            }
+            assert_eq!(grey[1].texel(1, 1), plain[1].texel(1, 1));
+        }
+    }
+
+    #[test]
+    fn indices_take_a_byte_and_are_never_mixed() {
+        let size = (2, 2);
+        let samples = Samples::Bytes([7, 9, 9, 200].map(|index| [index; 4]).to_vec());
+        let levels = pyramid(Texels { size, samples }, Meaning::Indices([9, 7, 8, 8]));
+        assert_eq!((levels[0].bytes(), levels[0].index(1, 1)), (4, 200));
+        assert_eq!(levels[0].texel(1, 0), [1.0, 0.0, 0.0, 0.0]);
+        let [nines, sevens, eights, _] = levels[1].texel(0, 0).map(|v| (v * 255.0).round());
+        assert_eq!([nines, sevens, eights], [128.0, 64.0, 0.0]);
     }
 
     #[test]
