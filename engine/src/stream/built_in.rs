@@ -150,24 +150,20 @@ impl Compiler<'_> {
                 self.parted(Binary::Min, &low, &values[2])
             }
             "mix" => {
-                let way = self.binary("-", &values[1], x)?;
-                let part = self.binary("*", &way, &values[2])?;
-                let mut mixed = self.binary("+", x, &part)?;
+                let count = values.iter().map(|value| value.parts.len()).max().unwrap_or(1);
+                let [a, b, t] = [0, 1, 2].map(|i| self.spread(&values[i]));
+                let parts = (0..count)
+                    .map(|i| self.push(Op::Mix([a[i], b[i], t[i]])))
+                    .collect::<Result<_, _>>()?;
                 let widths = self.two(Binary::Max, x.width, values[1].width)?;
-                mixed.width = self.two(Binary::Add, widths, values[2].width)?;
-                Ok(mixed)
+                let width = self.two(Binary::Add, widths, values[2].width)?;
+                Ok(Value { parts, width })
             }
             "linearstep" | "smoothstep" | "gaussstep" => {
                 let t = self.share(x, &values[1], &values[2])?;
                 match name {
                     "linearstep" => Ok(t),
-                    "smoothstep" => {
-                        let (two, three) = (self.constant(2.0)?, self.constant(3.0)?);
-                        let twice = self.binary("*", &two, &t)?;
-                        let rest = self.binary("-", &three, &twice)?;
-                        let square = self.binary("*", &t, &t)?;
-                        self.binary("*", &square, &rest)
-                    }
+                    "smoothstep" => self.each(Unary::Hermite, &t),
                     _ => {
                         // SeExpr's: 2^(-8 (1 - t)^2), and nothing below.
                         let one = self.constant(1.0)?;
@@ -406,12 +402,7 @@ impl Compiler<'_> {
 
     fn dot(&mut self, a: &Value, b: &Value) -> Result<u32, Fault> {
         let (x, y) = (self.spread(a), self.spread(b));
-        let mut sum = self.two(Binary::Multiply, x[0], y[0])?;
-        for i in 1..3 {
-            let part = self.two(Binary::Multiply, x[i], y[i])?;
-            sum = self.two(Binary::Add, sum, part)?;
-        }
-        Ok(sum)
+        self.push(Op::Dot(x, y))
     }
 
     fn luminance(&mut self, color: &Value) -> Result<u32, Fault> {

@@ -44,6 +44,9 @@ pub(super) enum Output {
 #[derive(Debug, Default)]
 pub(super) struct Compiled {
     pub(super) ops: Vec<Op>,
+    /// The place of what each instruction makes: numbers have their own, and another's is free again for what comes
+    /// after all that it is needed for.
+    pub(super) places: Vec<u32>,
     pub(super) patterns: Vec<String>,
     /// What it makes, and the registers of its parts; a number stands for three alike.
     pub(super) outputs: Vec<(Output, [u32; 3])>,
@@ -128,9 +131,10 @@ pub(super) fn compile(
         return Err(Fault::new(0, message.to_owned()));
     }
     let Compiler { ops, patterns, .. } = compiler;
-    let mut made = Compiled { ops, patterns, outputs };
+    let mut made = Compiled { ops, places: Vec::new(), patterns, outputs };
     made.drop_unused();
     made.fuse();
+    made.place();
     Ok(made)
 }
 
@@ -499,6 +503,34 @@ impl Compiled {
             self.ops[at] = pair.unwrap_or(self.ops[at]);
         }
         self.drop_unused();
+    }
+
+    /// Gives instructions their places.
+    fn place(&mut self) {
+        let mut last_use = vec![0; self.ops.len()];
+        for (at, op) in self.ops.iter().enumerate() {
+            op.each(|from| last_use[*from as usize] = at);
+        }
+        let outputs = self.outputs.iter().flat_map(|(_, parts)| parts);
+        outputs.for_each(|at| last_use[*at as usize] = usize::MAX);
+        let (mut free, mut count) = (Vec::new(), 0u32);
+        self.places.clear();
+        for (at, op) in self.ops.iter().enumerate() {
+            // Never one that it reads.
+            let place = free.pop().filter(|_| op.as_number().is_none());
+            let place = place.unwrap_or_else(|| {
+                count += 1;
+                count - 1
+            });
+            self.places.push(place);
+            op.each(|from| {
+                let from = *from as usize;
+                let is_over = last_use[from] == at && self.ops[from].as_number().is_none();
+                if is_over && !free.contains(&self.places[from]) {
+                    free.push(self.places[from]);
+                }
+            });
+        }
     }
 
     /// Leaves the instructions that something is made of.

@@ -152,19 +152,45 @@ impl Program {
         self.compiled.ops.is_empty()
     }
 
-    /// Runs over `count` fragments; `read` gives a variable of those from one on.
+    /// Runs over `count` fragments; `read` gives a variable of those from one on. With the vectors that the machine has,
+    /// and the same bits on all machines: nothing is contracted or put in another order.
     pub fn run(&self, count: usize, read: impl Fn(Variable, usize, &mut [f32])) -> Made {
-        let Compiled { ops, outputs, .. } = &self.compiled;
-        let mut registers = Registers::new(ops);
+        pulp::Arch::new().dispatch(Run { program: self, count, read })
+    }
+}
+
+/// A run of a program, compiled once for each kind of vectors.
+struct Run<'p, F> {
+    program: &'p Program,
+    count: usize,
+    read: F,
+}
+
+impl<F: Fn(Variable, usize, &mut [f32])> pulp::NullaryFnOnce for Run<'_, F> {
+    type Output = Made;
+
+    #[inline(always)]
+    fn call(self) -> Made {
+        let Run { program, count, read } = self;
+        let Compiled { ops, places, outputs, .. } = &program.compiled;
+        let mut registers = Registers::new(ops, places);
         let mut made = Made::default();
-        made.channels.resize_with(self.channels.len(), Vec::new);
+        made.channels.resize_with(program.channels.len(), Vec::new);
+        for (output, _) in outputs {
+            match output {
+                Output::Alpha => made.alpha.reserve(count),
+                Output::Color => made.color.reserve(count),
+                Output::Normal => made.normal.reserve(count),
+                Output::Channel(k) => made.channels[*k as usize].reserve(count),
+            }
+        }
         let mut first = 0;
         while first < count {
             let lanes = run::LANES.min(count - first);
-            registers.run(ops, lanes, |variable, out| read(variable, first, out));
+            registers.run(ops, places, lanes, |variable, out| read(variable, first, out));
             let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
             for (output, at) in outputs {
-                let [x, y, z] = at.map(|at| &registers.of(at)[..lanes]);
+                let [x, y, z] = at.map(|at| &registers.of(places[at as usize])[..lanes]);
                 let colors = match output {
                     Output::Alpha => {
                         made.alpha.extend(x.iter().map(|alpha| finite(*alpha).clamp(0.0, 1.0)));
@@ -182,5 +208,37 @@ impl Program {
             first += lanes;
         }
         made
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pulp::NullaryFnOnce;
+
+    #[test]
+    fn all_kinds_of_vectors_make_the_same_bits() {
+        let code = "
+            p = P * 3 + [0.1, -7, 2];
+            a = mix(sin(p), cos(p.yzx), smoothstep(p.x, -1, 2)) / (abs(p) + 0.3);
+            b = clamp(a ^ 2 - 0.5 * p, -2, 3) % 0.7 + fbm(p, 4) - turbulence(p) * noise(p);
+            c = rgbtohsl(abs(b)) + hsltorgb([b.x % 1, 0.5, 0.5]) * exp(-length(a)) + log(2 + abs(p.z));
+            d = b.x > 0.2 && p.y < 1 || !(c.z >= 0.5) ? voronoi(p, 3) : cellnoise(p);
+            alpha = dot(a, b) + min(d, sqrt(abs(c.y))) + max(floor(p.x), round(c.x)) + atan2(p.x, p.y);
+            color = c + d - [gaussstep(p.x, 0, 1), remap(p.y, 0, 1, 1, 1), bias(0.3, d)];
+        ";
+        let code = code.replace("p.yzx", "[p.y, p.z, p.x]");
+        let program = Program::new(&code, &BTreeMap::new(), &BTreeMap::new()).unwrap();
+        let read = |variable: Variable, first: usize, out: &mut [f32]| {
+            let Variable::World(axis) = variable else { return out.fill(0.01) };
+            for (out, i) in out.iter_mut().zip(first..) {
+                *out = ((i * 37 + axis as usize * 3131) % 997) as f32 / 331.0 - 1.5;
+            }
+        };
+        let plain = Run { program: &program, count: 1000, read }.call();
+        let wide = program.run(1000, read);
+        assert_eq!(format!("{:?}", plain.color), format!("{:?}", wide.color));
+        assert_eq!(plain.alpha, wide.alpha);
+        assert!(plain.color.iter().any(|color| color.r != 0.0 && color.r != plain.color[0].r));
     }
 }

@@ -13,6 +13,41 @@ const WIDTH: usize = 16;
 /// A register, or a part of one.
 type Block = [f32; WIDTH];
 
+/// The same for all lanes of registers. Written out, not handed on, as only what is inlined is done by vectors; and
+/// stored block by block, as lanes could not be known to be others than those that are read.
+macro_rules! lanes {
+    ($a:ident, $out:ident => $of:expr) => {
+        for (out, $a) in $out.iter_mut().zip($a) {
+            let mut made = [0.0; WIDTH];
+            for i in 0..WIDTH {
+                let $a = $a[i];
+                made[i] = $of;
+            }
+            *out = made;
+        }
+    };
+    ($a:ident, $b:ident, $out:ident => $of:expr) => {
+        for (out, ($a, $b)) in $out.iter_mut().zip($a.iter().zip($b)) {
+            let mut made = [0.0; WIDTH];
+            for i in 0..WIDTH {
+                let ($a, $b) = ($a[i], $b[i]);
+                made[i] = $of;
+            }
+            *out = made;
+        }
+    };
+    ($a:ident, $b:ident, $c:ident, $out:ident => $of:expr) => {
+        for (out, (($a, $b), $c)) in $out.iter_mut().zip($a.iter().zip($b).zip($c)) {
+            let mut made = [0.0; WIDTH];
+            for i in 0..WIDTH {
+                let ($a, $b, $c) = ($a[i], $b[i], $c[i]);
+                made[i] = $of;
+            }
+            *out = made;
+        }
+    };
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Unary {
     Negate,
@@ -31,6 +66,8 @@ pub(super) enum Unary {
     Ceil,
     Round,
     Sign,
+    /// From 0 to 1, level at both.
+    Hermite,
     /// What is left of a wave where a pixel covers so much of it, in radians.
     Sinc,
 }
@@ -55,6 +92,7 @@ impl Unary {
             Unary::Floor => a.floor(),
             Unary::Ceil => a.ceil(),
             Unary::Round => a.round(),
+            Unary::Hermite => a * a * (3.0 - 2.0 * a),
             Unary::Sinc => match a.abs() / 2.0 {
                 half if half < 1e-3 => 1.0,
                 half if half < std::f32::consts::PI => math::sin(f64::from(half)) as f32 / half,
@@ -126,6 +164,20 @@ pub(super) enum Simple {
     Taken,
 }
 
+impl Simple {
+    #[inline(always)]
+    fn of(self, a: f32, b: f32) -> f32 {
+        match self {
+            Simple::Add => a + b,
+            Simple::Subtract => a - b,
+            Simple::Multiply => a * b,
+            Simple::Min => least(a, b),
+            Simple::Max => most(a, b),
+            Simple::Taken => b - a,
+        }
+    }
+}
+
 /// Two operations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Pair(Simple, Simple);
@@ -147,36 +199,34 @@ impl Pair {
         }
     }
 
-    fn run(self, from: [&[Block]; 3], out: &mut [Block]) {
+    #[inline(always)]
+    fn run(self, [a, b, c]: [&[Block]; 3], out: &mut [Block]) {
         let Pair(first, second) = self;
-        match first {
-            Simple::Add => then(|a, b| a + b, second, from, out),
-            Simple::Subtract => then(|a, b| a - b, second, from, out),
-            Simple::Multiply => then(|a, b| a * b, second, from, out),
-            Simple::Min => then(least, second, from, out),
-            Simple::Max => then(most, second, from, out),
-            Simple::Taken => then(|a, b| b - a, second, from, out),
+        macro_rules! by_second {
+            ($first:ident: $($second:ident),*) => {
+                match second {
+                    $(Simple::$second => lanes!(a, b, c, out => {
+                        Simple::$second.of(Simple::$first.of(a, b), c)
+                    }),)*
+                }
+            };
         }
-    }
-}
-
-/// Something, and then a second operation, in one loop each.
-fn then(first: impl Fn(f32, f32) -> f32, second: Simple, from: [&[Block]; 3], out: &mut [Block]) {
-    match second {
-        Simple::Add => three(from, out, |a, b, c| first(a, b) + c),
-        Simple::Subtract => three(from, out, |a, b, c| first(a, b) - c),
-        Simple::Multiply => three(from, out, |a, b, c| first(a, b) * c),
-        Simple::Min => three(from, out, |a, b, c| least(first(a, b), c)),
-        Simple::Max => three(from, out, |a, b, c| most(first(a, b), c)),
-        Simple::Taken => three(from, out, |a, b, c| c - first(a, b)),
+        macro_rules! by_first {
+            ($($first:ident),*) => {
+                match first {
+                    $(Simple::$first => {
+                        by_second!($first: Add, Subtract, Multiply, Min, Max, Taken);
+                    })*
+                }
+            };
+        }
+        by_first!(Add, Subtract, Multiply, Min, Max, Taken);
     }
 }
 
 #[inline(always)]
-fn three([a, b, c]: [&[Block]; 3], out: &mut [Block], of: impl Fn(f32, f32, f32) -> f32) {
-    for (out, ((a, b), c)) in out.iter_mut().zip(a.iter().zip(b).zip(c)) {
-        *out = std::array::from_fn(|i| of(a[i], b[i], c[i]));
-    }
+fn mixed(a: f32, b: f32, t: f32) -> f32 {
+    a + (b - a) * t
 }
 
 #[inline(always)]
@@ -203,6 +253,10 @@ pub(super) enum Op {
         from: [u32; 3],
     },
     Select(u32, u32, u32),
+    /// Between two, by a share.
+    Mix([u32; 3]),
+    /// The product of two vectors.
+    Dot([u32; 3], [u32; 3]),
     Perlin {
         from: [u32; 3],
         width: u32,
@@ -250,6 +304,10 @@ impl Op {
                 Some(c) => return ops[if c != 0.0 { a } else { b } as usize],
                 None => None,
             },
+            Op::Mix([a, b, t]) => match known(t) {
+                Some(0.0) => return ops[a as usize],
+                share => known(a).zip(known(b)).zip(share).map(|((a, b), t)| mixed(a, b, t)),
+            },
             _ => None,
         };
         folded.map_or(self, Op::number)
@@ -275,9 +333,10 @@ impl Op {
                 from.iter_mut().chain(shape).for_each(&mut visit);
                 visit(width);
             }
-            Op::Cell { from } | Op::Hue { from, .. } | Op::Pair { from, .. } => {
+            Op::Cell { from } | Op::Hue { from, .. } | Op::Pair { from, .. } | Op::Mix(from) => {
                 from.iter_mut().for_each(visit)
             }
+            Op::Dot(a, b) => a.iter_mut().chain(b).for_each(visit),
             Op::Voronoi { from, jitter, .. } => {
                 from.iter_mut().for_each(&mut visit);
                 visit(jitter);
@@ -286,33 +345,56 @@ impl Op {
     }
 }
 
+/// What an instruction makes of all lanes: aligned, so that no vector lies across two lines of a cache.
+#[derive(Clone)]
+#[repr(align(64))]
+struct Register([Block; LANES / WIDTH]);
+
 /// The registers of a run.
-pub(super) struct Registers(Vec<[Block; LANES / WIDTH]>);
+pub(super) struct Registers {
+    #[expect(clippy::vec_box, reason = "what was made is put in its place by exchanging two addresses")]
+    all: Vec<Box<Register>>,
+    /// What is being written.
+    made: Box<Register>,
+}
 
 impl Registers {
-    /// Registers for instructions; numbers are there already.
-    pub(super) fn new(ops: &[Op]) -> Registers {
-        let filled = |op: &Op| [[op.as_number().unwrap_or(0.0); WIDTH]; LANES / WIDTH];
-        Registers(ops.iter().map(filled).collect())
+    /// Registers for instructions by their places; numbers are there already.
+    pub(super) fn new(ops: &[Op], places: &[u32]) -> Registers {
+        let count = places.iter().max().map_or(0, |most| *most as usize + 1);
+        let made = Box::new(Register([[0.0; WIDTH]; LANES / WIDTH]));
+        let mut all = vec![made.clone(); count];
+        for (op, place) in ops.iter().zip(places) {
+            if let Some(number) = op.as_number() {
+                all[*place as usize].0.fill([number; WIDTH]);
+            }
+        }
+        Registers { all, made }
     }
 
-    pub(super) fn of(&self, at: u32) -> &[f32] {
-        self.0[at as usize].as_flattened()
+    pub(super) fn of(&self, place: u32) -> &[f32] {
+        self.all[place as usize].0.as_flattened()
     }
 
     /// Runs all instructions for the first `count` lanes; `input` fills what comes from outside.
+    #[inline(always)]
     pub(super) fn run(
         &mut self,
         ops: &[Op],
+        places: &[u32],
         count: usize,
         mut input: impl FnMut(Variable, &mut [f32]),
     ) {
         let blocks = count.div_ceil(WIDTH);
-        for (at, op) in ops.iter().enumerate() {
-            let (before, rest) = self.0.split_at_mut(at);
-            let out = &mut rest[0][..blocks];
-            let reg = |at: &u32| &before[*at as usize][..blocks];
-            let lane = |at: &u32| &before[*at as usize].as_flattened()[..count];
+        for (op, place) in ops.iter().zip(places) {
+            if op.as_number().is_some() {
+                continue;
+            }
+            let Registers { all, made } = self;
+            let out = &mut made.0[..blocks];
+            let register = |at: &u32| &all[places[*at as usize] as usize].0;
+            let reg = |at: &u32| &register(at)[..blocks];
+            let lane = |at: &u32| &register(at).as_flattened()[..count];
             let lanes = |from: &[u32; 3]| [lane(&from[0]), lane(&from[1]), lane(&from[2])];
             match op {
                 Op::Number(_) => {}
@@ -321,7 +403,22 @@ impl Registers {
                 Op::Binary(op, a, b) => binary(*op, reg(a), reg(b), out),
                 Op::Pair { pair, from: [a, b, c] } => pair.run([reg(a), reg(b), reg(c)], out),
                 Op::Select(c, a, b) => {
-                    three([reg(c), reg(a), reg(b)], out, |c, a, b| if c != 0.0 { a } else { b });
+                    let (c, a, b) = (reg(c), reg(a), reg(b));
+                    lanes!(c, a, b, out => if c != 0.0 { a } else { b });
+                }
+                Op::Mix([a, b, t]) => {
+                    let (a, b, t) = (reg(a), reg(b), reg(t));
+                    lanes!(a, b, t, out => mixed(a, b, t));
+                }
+                Op::Dot(a, b) => {
+                    let ([a, b, c], [x, y, z]) = (a.map(|at| reg(&at)), b.map(|at| reg(&at)));
+                    for k in 0..blocks {
+                        let mut made = [0.0; WIDTH];
+                        for (i, made) in made.iter_mut().enumerate() {
+                            *made = a[k][i] * x[k][i] + b[k][i] * y[k][i] + c[k][i] * z[k][i];
+                        }
+                        out[k] = made;
+                    }
                 }
                 Op::Perlin { from, width } => {
                     let ([x, y, z], width) = (lanes(from), lane(width));
@@ -352,6 +449,7 @@ impl Registers {
                     each(out, count, |i| change([x[i], y[i], z[i]])[*part as usize]);
                 }
             }
+            std::mem::swap(made, &mut all[*place as usize]);
         }
     }
 }
@@ -362,31 +460,27 @@ fn each(out: &mut [Block], count: usize, of: impl Fn(usize) -> f32) {
 }
 
 /// One operation for all lanes: told apart outside of the loop, so that it is done by vectors.
+#[inline(always)]
 fn unary(op: Unary, a: &[Block], out: &mut [Block]) {
     macro_rules! each {
         ($($op:ident),*) => {
             match op {
-                $(Unary::$op => {
-                    out.iter_mut().zip(a).for_each(|(out, a)| *out = a.map(|a| Unary::$op.of(a)));
-                })*
+                $(Unary::$op => lanes!(a, out => Unary::$op.of(a)),)*
             }
         };
     }
     each!(
         Negate, Not, Abs, Acos, Asin, Atan, Cos, Sin, Tan, Exp, Log, Sqrt, Floor, Ceil, Round,
-        Sign, Sinc
+        Sign, Hermite, Sinc
     );
 }
 
+#[inline(always)]
 fn binary(op: Binary, a: &[Block], b: &[Block], out: &mut [Block]) {
     macro_rules! each {
         ($($op:ident),*) => {
             match op {
-                $(Binary::$op => {
-                    for (out, (a, b)) in out.iter_mut().zip(a.iter().zip(b)) {
-                        *out = std::array::from_fn(|i| Binary::$op.of(a[i], b[i]));
-                    }
-                })*
+                $(Binary::$op => lanes!(a, b, out => Binary::$op.of(a, b)),)*
             }
         };
     }
