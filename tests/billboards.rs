@@ -3,7 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "what is expected may be computed by anybody's sine")]
 
 use glam::{DVec2, DVec3, dvec3 as v};
-use spandrel_engine::billboard::{self, Stand, Subject, Tree};
+use spandrel_engine::billboard::{self, Chance, Stand, Subject, Tree};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Finish, Optics};
@@ -11,13 +11,13 @@ use spandrel_engine::image::{Image, Samples, Window};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::Material;
-use spandrel_engine::shade::{Illuminate, Shadows, Trace};
+use spandrel_engine::shade::{Illuminate, Shadows, Stream, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::Accelerator;
 use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::scenes::painted_faces;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 const RULE: Rule = Rule::Sloped(4);
@@ -259,6 +259,82 @@ fn nearer_trees_stand_before_farther_ones_and_veils_let_them_through() {
     // Three veils.
     let three = middle(&[place(0, 1.0), place(0, 0.0), place(0, -1.0)]);
     assert!((three[3] - 0.875).abs() < 1e-4, "{three:?}");
+}
+
+#[test]
+fn a_dense_stand_is_what_its_cards_over_each_other_are() {
+    // Cards that cross each other, a hundred over one line, nearly opaque: what hides the rest is looked through
+    // before stacks are made. Beside it, each card by itself along rays of the eye.
+    let colors = [[0.8, 0.1, 0.1], [0.1, 0.7, 0.2], [0.15, 0.2, 0.9]];
+    let pictures: Vec<Arc<Image>> = colors
+        .iter()
+        .map(|c| picture(32, 64, |_, _| [c[0] * 0.9, c[1] * 0.9, c[2] * 0.9, 0.9]))
+        .collect();
+    let mut chance = Chance::new(11);
+    let places: Vec<Tree> = (0..240)
+        .map(|i| {
+            let (x, z) = (chance.unit() * 4.0 - 2.0, chance.unit() * 4.0 - 2.0);
+            Tree { picture: i % 3, ..one(v(x, 0.0, z), 1.0 + 2.0 * chance.unit()) }
+        })
+        .collect();
+    let eye = v(0.0, 1.5, 11.0);
+    let camera = view(eye, v(0.0, 1.4, 0.0), (48, 36));
+    let image = trees(&places, &pictures, &camera, false);
+    let deepest = (0..36 * 4).map(|k| image.layers().line(k).len()).max();
+    assert!(deepest > Some(150), "{deepest:?}");
+    let actual = shown(&image);
+    // A program may lessen alpha: then nothing is looked through.
+    let kept = Stream::new("alpha = alpha * 1;", BTreeMap::new(), BTreeMap::new()).unwrap();
+    let kept = shown(&image.shaded(Arc::new(kept)).unwrap());
+    assert!(difference(&actual, &kept) < 1e-3, "{}", difference(&actual, &kept));
+
+    let card_color = |direction: DVec3| {
+        let mut met: Vec<(f64, usize)> = Vec::new();
+        for tree in &places {
+            let towards = (eye - tree.foot).with_y(0.0).normalize();
+            let t = (tree.foot - eye).dot(towards) / direction.dot(towards);
+            let at = eye + direction * t - tree.foot;
+            let across = at.dot(towards.cross(DVec3::Y));
+            if (0.0..tree.height).contains(&at.y) && across.abs() < tree.height / 4.0 {
+                met.push((t, tree.picture as usize));
+            }
+        }
+        met.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (mut left, mut sum) = (1.0, [0.0; 4]);
+        for (_, picture) in met {
+            let [r, g, b] = colors[picture];
+            for (sum, c) in sum.iter_mut().zip([r, g, b, 1.0]) {
+                *sum += left * 0.9 * c;
+            }
+            left *= 0.1;
+        }
+        sum
+    };
+    let forward = (v(0.0, 1.4, 0.0) - eye).normalize();
+    let right = forward.cross(DVec3::Y).normalize();
+    let up = right.cross(forward);
+    let half = 20f64.to_radians().tan();
+    let n = 12;
+    let (mut squares, mut worst) = (0.0f64, 0.0f32);
+    for y in 0..36u32 {
+        for x in 0..48u32 {
+            let mut mean = [0.0f32; 4];
+            for s in 0..n * n {
+                let px = f64::from(x) + (f64::from(s % n) + 0.5) / f64::from(n);
+                let py = f64::from(y) + (f64::from(s / n) + 0.5) / f64::from(n);
+                let (sx, sy) = ((px - 24.0) / 18.0 * half, (18.0 - py) / 18.0 * half);
+                let color = card_color(forward + right * sx + up * sy);
+                mean.iter_mut().zip(color).for_each(|(m, c)| *m += c / (n * n) as f32);
+            }
+            for (a, e) in actual.rgba(x, y).iter().zip(mean) {
+                squares += f64::from(a - e).powi(2);
+                worst = worst.max((a - e).abs());
+            }
+        }
+    }
+    let rms = (squares / f64::from(36 * 48 * 4)).sqrt();
+    // Half a texel of a card's border is soft, and the samples are 144 to a pixel.
+    assert!(rms < 0.012 && worst < 0.15, "{rms} {worst}");
 }
 
 #[test]

@@ -122,7 +122,7 @@ const LAYERS: [(&str, &[&str]); 28] = [
     ("image", &["error", "color", "output"]),
     ("polygon", &[]),
     ("packed", &["color"]),
-    ("trace", &["math", "polygon"]),
+    ("trace", &["camera", "math", "polygon"]),
     ("stream", &["color", "error", "math"]),
     ("texture", &["color", "error", "image", "key", "math"]),
     ("picture", &["color", "error", "image", "key", "math", "polygon", "texture"]),

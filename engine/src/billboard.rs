@@ -194,19 +194,12 @@ pub fn image(
         key.value(&(tree.picture, tree.foot.to_array(), tree.height, tree.mirrored));
     }
     let key = key.finish();
-    let scene = Scene::new(&document(&cards, eye(view))?, None, &stand.label, key, Path::new(""))?;
+    let scene =
+        Scene::new(&document(&cards, Toward::eye(view))?, None, &stand.label, key, Path::new(""))?;
     let (casters, fault) = (OnceLock::new(), FirstError::default());
     let surfaces = Arc::new(Billboards { subjects, trees, cards, stand, casters, fault });
     let cluster = Cluster { scene: Arc::new(scene), priority: 0, surfaces: Some(surfaces) };
     visible::render(&[cluster], view, plan, rows)
-}
-
-/// To what cards turn for a picture.
-fn eye(view: &View) -> Toward {
-    match view.is_parallel() {
-        true => Toward::Direction(view.world_direction(DVec3::Z)),
-        false => Toward::Point(view.camera().position),
-    }
 }
 
 /// The cards as faces that let through what lies behind them.
@@ -228,10 +221,7 @@ fn document(cards: &[Card], toward: Toward) -> Result<Document> {
 impl Billboards {
     /// How the card of a fragment is turned there, and its normal towards who sees it.
     fn turned(&self, fragments: &Fragments<'_>, i: usize) -> (Turned, DVec3) {
-        let toward = match &fragments.sight {
-            Some(sight) => Toward::Direction(sight.from[i] - fragments.position[i]),
-            None => eye(fragments.view),
-        };
+        let toward = fragments.seen_from(i, fragments.point(i));
         let turned = self.cards[fragments.ordinal[i] as usize].turned(toward);
         (turned, turned.right.cross(turned.up))
     }
@@ -303,6 +293,10 @@ impl Surfaces for Billboards {
 
     fn casts(&self) -> bool {
         true
+    }
+
+    fn card(&self, ordinal: u32) -> Option<Card> {
+        Some(self.cards[ordinal as usize])
     }
 
     fn alpha_at(&self, _: &View, met: &Meeting) -> f32 {

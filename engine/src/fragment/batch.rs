@@ -9,6 +9,7 @@ use super::{Columns, Finish, Layers, Surfaces};
 use crate::camera::View;
 use crate::color::Color;
 use crate::texture::Filter;
+use crate::trace::{Card, Toward, Turn};
 
 /// A batch of fragments of one source, as a structure of arrays. A column that nobody asked for is
 /// empty; all others have [`len`](Fragments::len) entries.
@@ -34,6 +35,8 @@ pub struct Fragments<'v> {
     /// The unit normal of the face itself, on the side that is seen ([`Columns::FACING`]). Empty if the
     /// surfaces do not say; the [`normal`](Fragments::normal) then serves.
     pub facing: Vec<DVec3>,
+    /// The cards that turn to whoever looks ([`Columns::FACING`]). Empty if a face of the source does not.
+    pub cards: Vec<Card>,
     /// How the surface answers light ([`Columns::FINISH`]). Surfaces that are matt may leave the column empty.
     pub finish: Vec<Finish>,
     /// Scene-linear colour: the surface's own at first, and what the last shader made of it at the
@@ -137,6 +140,7 @@ impl<'v> Fragments<'v> {
             position: Vec::new(),
             normal: Vec::new(),
             facing: Vec::new(),
+            cards: Vec::new(),
             finish: Vec::new(),
             color: Vec::new(),
             alpha: Vec::new(),
@@ -211,6 +215,20 @@ impl<'v> Fragments<'v> {
             None if self.view.is_parallel() => self.view.world_direction(DVec3::Z),
             None => (self.view.camera().position - point).normalize_or_zero(),
         }
+    }
+
+    /// From where a fragment at a point is seen, as cards turn to it.
+    pub fn seen_from(&self, i: usize, point: DVec3) -> Toward {
+        match &self.sight {
+            Some(sight) => Toward::Direction(sight.from[i] - point),
+            None => Toward::eye(self.view),
+        }
+    }
+
+    /// What becomes of a fragment's card in the light from somewhere, if it is on one.
+    pub fn turn(&self, i: usize, light: Toward) -> Option<Turn> {
+        let card = self.cards.get(i)?;
+        Some(card.turn(self.seen_from(i, self.point(i)), light))
     }
 
     /// The way on which a fragment is seen: where it starts, its direction, and its length. Parallel rays
@@ -350,6 +368,11 @@ impl<'v> Fragments<'v> {
         surfaces.fill(wanted, self);
         if wanted.contains(Columns::COLOR) {
             self.alpha.resize(self.len(), 1.0);
+        }
+        if wanted.contains(Columns::FACING) {
+            let cards: Option<Vec<Card>> =
+                self.ordinal.iter().map(|ordinal| surfaces.card(*ordinal)).collect();
+            self.cards = cards.unwrap_or_default();
         }
         if wanted.contains(Columns::NAMES) {
             let ordinals = self.ordinal.iter().copied();

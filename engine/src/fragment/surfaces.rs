@@ -10,7 +10,7 @@ use super::{Columns, Environment, Fragments, Meeting};
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::key::Key;
-use crate::trace::Casters;
+use crate::trace::{Card, Casters};
 
 /// What a source knows of its faces beyond their geometry on the screen.
 pub trait Surfaces: Any + Send + Sync + Debug {
@@ -38,6 +38,11 @@ pub trait Surfaces: Any + Send + Sync + Debug {
     /// Whether it casts shadows, without looking further.
     fn casts(&self) -> bool {
         false
+    }
+
+    /// The card that a face is, if it turns to whoever looks at it.
+    fn card(&self, _ordinal: u32) -> Option<Card> {
+        None
     }
 
     /// The part of one of its [casters'](Surfaces::casters) faces that is seen at a point from the front or

@@ -89,7 +89,7 @@ impl<'a> Boundaries<'a> {
         &mut self,
         k: u32,
         line: &[Span],
-        stacks: &Stacks,
+        stacks: &Stacks<'_>,
         top: &mut Vec<f64>,
         bottom: &mut Vec<f64>,
     ) {
@@ -114,7 +114,7 @@ impl<'a> Boundaries<'a> {
 
     fn boundary(
         &mut self,
-        stacks: &Stacks,
+        stacks: &Stacks<'_>,
         left: &Span,
         right: &Span,
         y: f64,
@@ -141,21 +141,24 @@ impl<'a> Boundaries<'a> {
     /// What parts two faces, or stacks, at a cell of the line at `y`.
     pub(super) fn passing(
         &mut self,
-        stacks: &Stacks,
+        stacks: &Stacks<'_>,
         faces: (FaceId, FaceId),
         cell: u32,
         y: f64,
     ) -> Passing {
         let (left, right) = (stacks.members(&faces.0), stacks.members(&faces.1));
-        let ending = left.iter().filter(|id| !right.contains(id));
-        let beginning = right.iter().filter(|id| !left.contains(id));
+        // Neighbours differ in few: what they begin and end with alike is not searched.
+        let (old, new) = differing(left, right);
+        let ending = old.iter().filter(|id| !new.contains(id));
+        let beginning = new.iter().filter(|id| !old.contains(id));
         for id in ending.chain(beginning) {
             if let Some(edge) = self.edge_at(*id, cell, y) {
                 return Passing::Edge(edge, edge.slope());
             }
         }
         let x = self.raster.pixels(cell);
-        let (x, slope) = self.seam(left, right, x, y).unwrap_or((x, 0.0));
+        let seam = self.seam(old, right, x, y).or_else(|| self.seam(left, new, x, y));
+        let (x, slope) = seam.unwrap_or((x, 0.0));
         Passing::Seam(x, slope)
     }
 
@@ -214,6 +217,14 @@ impl<'a> Boundaries<'a> {
             ((meets - x).abs() < 1e-3 && slope.is_finite()).then_some((meets, slope))
         })
     }
+}
+
+/// What two stacks do not begin and end with alike.
+fn differing<'f>(left: &'f [FaceId], right: &'f [FaceId]) -> (&'f [FaceId], &'f [FaceId]) {
+    let first = left.iter().zip(right).take_while(|(p, q)| p == q).count();
+    let (left, right) = (&left[first..], &right[first..]);
+    let last = left.iter().rev().zip(right.iter().rev()).take_while(|(p, q)| p == q).count();
+    (&left[..left.len() - last], &right[..right.len() - last])
 }
 
 /// The x of an edge at the top and the bottom of a strip: followed alike upwards and downwards, so that

@@ -39,7 +39,7 @@ pub struct Coverage<'a> {
     rule: Rule,
     framing: &'a Framing,
     boundaries: Boundaries<'a>,
-    stacks: Stacks,
+    stacks: Stacks<'a>,
     strips: Vec<Strip>,
     reach: Reach,
     masses: Masses,
@@ -99,6 +99,13 @@ impl<'a> Coverage<'a> {
         Coverage { doubt, ..self }
     }
 
+    /// The same without layers that are hidden behind others, as their alpha says.
+    #[must_use]
+    pub fn without_hidden(self) -> Coverage<'a> {
+        let Coverage { image, framing, .. } = self;
+        Coverage { stacks: self.stacks.without_hidden(image, framing), ..self }
+    }
+
     /// The faces that lie over each other in a cover of the last row, the nearest first, an opaque one
     /// last; `None` if the id is that of a face.
     #[inline(always)]
@@ -119,7 +126,8 @@ impl<'a> Coverage<'a> {
         let count = shares.len();
         let beside = if self.doubt.is_some() { beside(&shares, all.end) } else { [None; 2] };
         shares.extend(beside.into_iter().flatten());
-        self.stacks.clear();
+        let lines = shares.iter().filter_map(|share| share.line);
+        self.stacks.go_to(row, lines);
         self.strips.resize_with(shares.len().max(self.strips.len()), Strip::default);
         for (i, share) in shares.iter().enumerate() {
             self.fill(i, share);

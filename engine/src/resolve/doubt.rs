@@ -65,7 +65,7 @@ impl<'a> Doubt<'a> {
         row: u32,
         strips: &mut [Strip],
         mut beside: [Option<&mut Strip>; 2],
-        stacks: &mut Stacks,
+        stacks: &mut Stacks<'_>,
     ) {
         self.disagreements(strips, &mut beside);
         self.divided.clear();

@@ -1,16 +1,19 @@
 //! What of a fragment is lit by a light at one place: the lines' own answer, exact along x.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::hidden::Hidden;
 use super::rule::{Framing, Rule, Share, shares};
 use super::strip::left_of;
 use crate::fragment::{Casting, Kept, Piece, World};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::shadow::{self, Dark, Patches};
+use crate::span::layer::Segment;
 use crate::span::{FaceId, SpanImage};
 use crate::trace::Toward;
 
@@ -65,7 +68,7 @@ impl<'a> Shadows<'a> {
 
     /// By spot, the share of its face in its pixel that is lit.
     pub(super) fn lit(&self, spots: &[Spot], casting: &Casting<'_>) -> Vec<f32> {
-        let key = key(casting.from, casting.world);
+        let key = self.key(casting);
         let mut lit = Vec::with_capacity(spots.len());
         let mut known: Option<(u32, Arc<Row>)> = None;
         for spot in spots {
@@ -226,10 +229,13 @@ impl<'a> Shadows<'a> {
         let per_chunk = CHUNK * self.image.plan().per_row;
         let range = self.image.lines().range();
         let lines = (at * per_chunk).max(range.start)..((at + 1) * per_chunk).min(range.end);
-        let of_world = patches_key(casting.world);
+        let of_world = self.patches_key(casting.world);
         let known = memo.get(of_world, at).and_then(|kept| kept.downcast().ok());
         let patches: Arc<Patches> = known.unwrap_or_else(|| {
-            let patches = Arc::new(Patches::new(self.image, casting.world, lines.clone()));
+            let layers = self.seen_layers(lines.clone());
+            let of = |k: u32| &*layers[(k - lines.start) as usize];
+            let patches = Patches::new(self.image, casting.world, lines.clone(), of);
+            let patches = Arc::new(patches);
             memo.put(of_world, at, patches.clone() as Kept, patches.bytes());
             patches
         });
@@ -237,6 +243,52 @@ impl<'a> Shadows<'a> {
         let bytes = cast.iter().map(|line| size_of_val(&**line) + size_of_val(line)).sum();
         memo.put(key, at, cast.clone() as Kept, bytes);
         cast
+    }
+
+    /// Whether layers that are hidden in the pixels of the raster need no shadow: where they are not enlarged, so
+    /// that what they let through stays as small as it is.
+    fn leaves_out(&self) -> bool {
+        self.framing.scale.max_element() <= 1.0
+    }
+
+    /// What the patches that receive the shadows of a world are known by.
+    fn patches_key(&self, world: &World) -> Key {
+        let mut key = KeyHasher::new("patches");
+        key.key(world.geometry()).value(&self.leaves_out());
+        key.finish()
+    }
+
+    /// What the shadows of a light in a world are known by.
+    fn key(&self, Casting { from, world, .. }: &Casting<'_>) -> Key {
+        let mut key = KeyHasher::new("shadows");
+        let (kind, place) = match from {
+            Toward::Direction(direction) => (0u8, direction),
+            Toward::Point(point) => (1, point),
+        };
+        key.bytes(&[kind]).value(&place.to_array()).key(self.patches_key(world));
+        key.finish()
+    }
+
+    /// The layers of lines, those left out that need no shadow.
+    fn seen_layers(&self, lines: Range<u32>) -> Vec<Cow<'_, [Segment]>> {
+        let layers = self.image.layers();
+        let mut seen: Vec<Cow<'_, [Segment]>> =
+            lines.clone().map(|k| Cow::Borrowed(layers.line(k))).collect();
+        let whole = Framing::whole(self.image.view().raster());
+        let hidden = self.leaves_out().then(|| Hidden::new(self.image, &whole));
+        if let Some(mut hidden) = hidden.flatten() {
+            let per_row = self.image.plan().per_row;
+            let all: Vec<u32> = lines.clone().collect();
+            for of_row in all.chunk_by(|a, b| a / per_row == b / per_row) {
+                hidden.look(of_row[0] / per_row, of_row);
+                for k in of_row {
+                    let mut pieces = Vec::new();
+                    hidden.seen(layers.line(*k), &mut pieces);
+                    seen[(k - lines.start) as usize] = Cow::Owned(pieces);
+                }
+            }
+        }
+        seen
     }
 
     /// Adds the part of a shadow that a share of its line's strip has to the pixels that it touches.
@@ -299,22 +351,4 @@ fn by_column(parts: &[Part], columns: &Range<u32>) -> (Vec<Part>, Vec<u32>) {
         ends.push(kept.len() as u32);
     }
     (kept, ends)
-}
-
-/// What the patches that receive the shadows of a world are known by.
-fn patches_key(world: &World) -> Key {
-    let mut key = KeyHasher::new("patches");
-    key.key(world.geometry());
-    key.finish()
-}
-
-/// What the shadows of a light in a world are known by.
-fn key(from: Toward, world: &World) -> Key {
-    let mut key = KeyHasher::new("shadows");
-    let (kind, place) = match from {
-        Toward::Direction(direction) => (0u8, direction),
-        Toward::Point(point) => (1, point),
-    };
-    key.bytes(&[kind]).value(&place.to_array()).key(world.geometry());
-    key.finish()
 }

@@ -13,6 +13,7 @@ mod boundary;
 pub mod coverage;
 mod doubt;
 pub mod filter;
+mod hidden;
 mod intensity;
 mod lit;
 mod refine;
@@ -275,6 +276,9 @@ fn paint(
         .map_init(
             || {
                 let mut coverage = Coverage::new(image, rule, framing, index.as_ref());
+                if wants_color {
+                    coverage = coverage.without_hidden();
+                }
                 if channels.contains(&Channel::Error) {
                     coverage = coverage.with_estimates();
                 }

@@ -83,7 +83,7 @@ impl<'a> Refiner<'a> {
         pixels: Vec<(u32, Vec<f64>)>,
         ends: &[f64],
         beside: [Option<&Strip>; 2],
-        stacks: &mut Stacks,
+        stacks: &mut Stacks<'_>,
     ) -> Vec<Divided> {
         let whole = ends[ends.len() - 1] - ends[0];
         let inside = 0.0..f64::from(self.raster.height);
@@ -208,7 +208,7 @@ impl<'a> Refiner<'a> {
         part: &Part,
         weight: f64,
         line: &[Span],
-        stacks: &Stacks,
+        stacks: &Stacks<'_>,
     ) {
         let y = (part.top + part.bottom) / 2.0;
         let place = |x: f64| x * self.framing.scale.x + self.framing.pan.x;

@@ -7,29 +7,43 @@
 
 use std::collections::HashMap;
 
-use crate::span::layer::{self, Stack};
+use super::hidden::Hidden;
+use super::rule::Framing;
+use crate::span::layer::{self, Segment, Stack};
 use crate::span::{FaceId, Span, SpanImage};
 
 /// The stacks of a few lines.
-pub(super) struct Stacks {
+pub(super) struct Stacks<'a> {
     /// The id of the first stack: beyond all faces.
     first: u32,
     /// Faces from front to back; an opaque one ends the list.
     known: Vec<Vec<FaceId>>,
     ids: HashMap<Vec<FaceId>, FaceId>,
     line: Vec<Span>,
+    segments: Vec<Segment>,
+    /// What of a row is not seen, if that is looked for.
+    hidden: Option<Hidden<'a>>,
 }
 
-impl Stacks {
-    pub(super) fn new(image: &SpanImage) -> Stacks {
+impl<'a> Stacks<'a> {
+    pub(super) fn new(image: &SpanImage) -> Stacks<'a> {
         let first = image.face_count() as u32;
-        Stacks { first, known: Vec::new(), ids: HashMap::new(), line: Vec::new() }
+        let (known, line, segments) = (Vec::new(), Vec::new(), Vec::new());
+        Stacks { first, known, ids: HashMap::new(), line, segments, hidden: None }
     }
 
-    /// Forgets all stacks.
-    pub(super) fn clear(&mut self) {
+    /// The same without what is not seen.
+    pub(super) fn without_hidden(self, image: &'a SpanImage, framing: &'a Framing) -> Stacks<'a> {
+        Stacks { hidden: Hidden::new(image, framing), ..self }
+    }
+
+    /// Goes to a row, given by its lines: forgets all stacks.
+    pub(super) fn go_to(&mut self, row: u32, lines: impl Iterator<Item = u32>) {
         self.known.clear();
         self.ids.clear();
+        if let Some(hidden) = &mut self.hidden {
+            hidden.look(row, &lines.collect::<Vec<_>>());
+        }
     }
 
     /// The faces of a stack from front to back; `None` for a face or background.
@@ -57,14 +71,22 @@ impl Stacks {
     }
 
     /// Finds the stacks of a line, and gives them ids. `image` is the one that these stacks are of, or
-    /// the same on [probes](crate::span::Probe).
+    /// the same on [probes](crate::span::Probe); the line is of the row at hand.
     pub(super) fn prepare(&mut self, image: &SpanImage, k: u32) {
         let layers = image.layers().line(k);
         if layers.is_empty() {
             return;
         }
-        let Stacks { first, known, ids, line } = self;
+        let Stacks { first, known, ids, line, segments, hidden } = self;
         line.clear();
+        let layers = match hidden {
+            Some(hidden) => {
+                segments.clear();
+                hidden.seen(layers, segments);
+                &*segments
+            }
+            None => layers,
+        };
         let y = image.y(k);
         let cells = image.view().raster().cells();
         let on_line = |face| image.on_line(face, y);

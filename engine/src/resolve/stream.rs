@@ -18,11 +18,11 @@ use super::rule::{Framing, Rule};
 use super::select::Selected;
 use super::{Channel, Layer};
 use crate::camera::Plane;
-use crate::fragment::{Batch, Casting, Columns, Fragments, Kept, Layers, Piece, Stage, stack};
+use crate::fragment::{Batch, Casting, Columns, Fragments, Kept, Layers, Piece, stack};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
-use crate::span::{Held, Source, SpanImage};
+use crate::span::{Held, SpanImage};
 use gather::{Blend, Gathered, Group, Member, Point};
 
 /// The channels of a run of rows, zero at first. Those that nobody asked for are empty.
@@ -59,8 +59,6 @@ pub(super) struct Stream<'a> {
     selected: Option<&'a Selected>,
     /// What shaders counted.
     counts: RefCell<BTreeMap<&'static str, u64>>,
-    /// Whether what surfaces hide stays hidden, whatever is done to them.
-    hides: bool,
 }
 
 /// What rows tell beside their pixels.
@@ -132,14 +130,6 @@ impl<'a> Stream<'a> {
         coverage: Coverage<'a>,
     ) -> Stream<'a> {
         let reads: Vec<Columns> = image.sources().iter().map(|source| source.reads()).collect();
-        let lessens = |stage: &Stage| match stage {
-            Stage::Shade(shading) => shading.shader().lessens_alpha(),
-            Stage::Place(_) | Stage::Kept(_) => false,
-        };
-        let hides = |source: &Arc<Source>| {
-            source.matte.is_none() && source.held.is_empty() && !source.stack.iter().any(lessens)
-        };
-        let hides = image.sources().iter().all(hides);
         let mut key = KeyHasher::new("fragments");
         key.value(&rule).bytes(format!("{framing:?} {reads:?} {channels:?}").as_bytes());
         Stream {
@@ -155,7 +145,6 @@ impl<'a> Stream<'a> {
             layers: &[],
             selected: None,
             counts: RefCell::default(),
-            hides,
         }
     }
 

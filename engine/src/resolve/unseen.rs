@@ -19,7 +19,7 @@ pub(super) struct Row<'a> {
     image: &'a SpanImage,
     framing: &'a Framing,
     strips: &'a [Strip],
-    stacks: &'a Stacks,
+    stacks: &'a Stacks<'a>,
     /// Its ends on the raster, in pixels from the top.
     top: f64,
     bottom: f64,
@@ -31,7 +31,7 @@ impl<'a> Row<'a> {
         framing: &'a Framing,
         row: u32,
         strips: &'a [Strip],
-        stacks: &'a Stacks,
+        stacks: &'a Stacks<'a>,
     ) -> Row<'a> {
         let at = |row: u32| (f64::from(row) - framing.pan.y) / framing.scale.y;
         Row { image, framing, strips, stacks, top: at(row), bottom: at(row + 1) }

@@ -336,7 +336,10 @@ impl<'a> Lighting<'a> {
     /// What a fragment receives.
     fn of(&self, i: usize) -> Share {
         let spot = Spot::new(self.fragments, i);
-        let whole = spot.irradiance(self.light.toward(), self.light.irradiance(&spot.receiver));
+        let whole = self.light.irradiance(&spot.receiver);
+        // No light from behind a face, whatever its interpolated normal says; leaves lie all ways.
+        let is_behind = |toward| self.fragments.cards.is_empty() && !spot.faces(toward);
+        let whole = if self.light.toward().is_some_and(is_behind) { Color::BLACK } else { whole };
         if whole == Color::BLACK || self.light.is_everywhere() {
             return Share { diffuse: whole, ..Share::default() };
         }
@@ -383,13 +386,21 @@ impl<'a> Lighting<'a> {
             let sample = self.light.sample(&spot.receiver, choice);
             let lit = match self.world {
                 None => 1.0,
-                Some(world) if spot.faces(sample.toward) => {
+                Some(world) => {
                     let beside = spread.on_plane(choice, fragments, i, spot.facing);
                     let from = beside.unwrap_or(spot.receiver.position);
-                    let way = (from, sample.toward, width);
-                    passes(world, &self.casters, fragments, spot, way)
+                    let turn = fragments.turn(i, sample.toward);
+                    let (plane, from) = match &turn {
+                        Some(turn) => (turn.plane(), turn.place(from)),
+                        None => ((spot.facing, spot.receiver.position), from),
+                    };
+                    if turn.is_some() || spot.faces(sample.toward) {
+                        let way = (from, sample.toward, width);
+                        passes(world, &self.casters, fragments, plane, way)
+                    } else {
+                        0.0
+                    }
                 }
-                Some(_) => 0.0,
             };
             open = open + sample.irradiance;
             reaches = reaches + sample.irradiance * lit;
@@ -444,29 +455,20 @@ impl Spot {
     fn faces(&self, toward: Toward) -> bool {
         self.facing.dot(toward.from(self.receiver.position).0) > 0.0
     }
-
-    /// No light from behind the face, whatever its interpolated normal says.
-    fn irradiance(&self, toward: Option<Toward>, whole: Color) -> Color {
-        match toward {
-            Some(toward) if !self.faces(toward) => Color::BLACK,
-            _ => whole,
-        }
-    }
 }
 
-/// How much of the light on a way arrives, which is so wide where it starts: what stands in it holds back its
-/// share.
+/// How much of the light on a way to a plane arrives, which is so wide where it starts: what stands in it holds back
+/// its share.
 fn passes(
     world: &World,
     casters: &[(usize, &Casters)],
     fragments: &Fragments<'_>,
-    spot: &Spot,
+    plane: (DVec3, DVec3),
     (from, toward, width): (DVec3, Toward, f64),
 ) -> f32 {
     let (way, reach) = toward.from(from);
     // The light's own surface, at the end of the way, is not in it.
     let ray = Ray::new(from, way, reach * (1.0 - 1e-9));
-    let plane = (spot.facing, spot.receiver.position);
     let mut through = 1.0f32;
     for (member, casters) in casters {
         casters.meet_all(&ray, |hit| {

@@ -17,8 +17,9 @@ use std::sync::Arc;
 
 use crate::camera::{Plane, View};
 use crate::fragment::{Casting, Meeting, Stage, Surfaces, World, stack};
+use crate::span::layer::Segment;
 use crate::span::{FaceId, SpanImage};
-use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, spaces_of};
+use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, Turn, spaces_of};
 
 /// The width of a patch in pixels. Narrower, there are more patches to look for; wider, each has more
 /// casters around it.
@@ -71,9 +72,14 @@ pub type Lines = Vec<Vec<Dark>>;
 pub struct Patches(Vec<Seen>);
 
 impl Patches {
-    /// The patches of an image on the lines `lines`. Only faces of sources that are lit in the world
-    /// receive its shadows.
-    pub fn new(image: &SpanImage, world: &World, lines: Range<u32>) -> Patches {
+    /// The patches of an image on the lines `lines`, of whose `layers` these are seen. Only faces of sources that
+    /// are lit in the world receive its shadows.
+    pub fn new<'l>(
+        image: &SpanImage,
+        world: &World,
+        lines: Range<u32>,
+        layers: impl Fn(u32) -> &'l [Segment],
+    ) -> Patches {
         let looks_around = |stage: &Stage| match stage {
             Stage::Shade(shading) => shading.world().is_some_and(|w| w.key() == world.key()),
             _ => false,
@@ -86,7 +92,7 @@ impl Patches {
             let line = image.lines().line(k);
             let ends = line.iter().skip(1).map(|span| span.x).chain([raster.cells()]);
             let spans = line.iter().zip(ends).map(|(span, end)| (span.face, span.x, end));
-            let layers = image.layers().line(k).iter().map(|s| (s.face, s.start, s.end));
+            let layers = layers(k).iter().map(|s| (s.face, s.start, s.end));
             for (face, start, end) in spans.chain(layers) {
                 if face.is_some() && receives[image.locate(face).0] {
                     let (mut left, end) = (raster.pixels(start), raster.pixels(end));
@@ -312,8 +318,11 @@ struct Patch<'a> {
     depth: Plane,
     /// How far it was moved since, in pixels.
     moved: [f64; 2],
-    /// Its plane in the world: the unit normal on the side that is seen, and a point.
+    /// Its plane in the world: the unit normal on the side that is seen, and a point. Of a card, as it stands to the
+    /// light.
     plane: (DVec3, DVec3),
+    /// What becomes of a card in the light.
+    turn: Option<Turn>,
     from: Toward,
     /// What it takes of the screen, in pixels.
     x: [f64; 2],
@@ -327,7 +336,12 @@ impl Patch<'_> {
         let (source, face) = image.face(spans[0].face);
         // What moved it came after what lights it: the world knows of no moves.
         let (depth, moved) = stack::unmoved(&source.stack, &face.plane);
-        let (normal, point) = view.world_plane(&depth)?;
+        let card = source.surfaces.card(face.ordinal);
+        let turn = card.map(|card| card.turn(Toward::eye(view), from));
+        let (normal, point) = match &turn {
+            Some(turn) => turn.plane(),
+            None => view.world_plane(&depth)?,
+        };
         let faces_light = match from {
             Toward::Direction(toward) => normal.dot(toward),
             Toward::Point(light) => normal.dot(light - point),
@@ -340,7 +354,7 @@ impl Patch<'_> {
         });
         let half = 0.5 / f64::from(image.plan().per_row);
         let y = [image.y(spans[0].k) - half, image.y(spans[spans.len() - 1].k) + half];
-        Some(Patch { view, depth, moved, plane: (normal, point), from, x, y })
+        Some(Patch { view, depth, moved, plane: (normal, point), turn, from, x, y })
     }
 
     /// The space between it and the light.
@@ -373,8 +387,13 @@ impl Patch<'_> {
         let corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])];
         let (least, most) = self.depth.range(x, y);
         let has_corners = self.view.is_parallel() || least > 1e-6 * most;
-        let point = |(x, y)| self.view.world_point(x, y, self.depth.depth(x, y));
-        has_corners.then(|| corners.map(point))
+        has_corners.then(|| corners.map(|(x, y)| self.place(x, y)))
+    }
+
+    /// Where what is seen at a place on the screen receives light.
+    fn place(&self, x: f64, y: f64) -> DVec3 {
+        let point = self.view.world_point(x, y, self.depth.depth(x, y));
+        self.turn.map_or(point, |turn| turn.place(point))
     }
 
     /// The sides of the volume that a piece casts, as seen along the face. False if it casts none on it.
@@ -398,7 +417,14 @@ impl Patch<'_> {
         let sign = away.signum();
         // Nothing of the patch is inside if one side has all of it outside.
         let mut add = |normal: DVec3, point: DVec3| {
-            let Plane { a, b, c } = self.view.side_of(normal * sign, point, &self.depth);
+            let before = match &self.turn {
+                Some(turn) => turn.before(normal * sign, point),
+                None => Ok((normal * sign, point)),
+            };
+            let Plane { a, b, c } = match before {
+                Ok((normal, point)) => self.view.side_of(normal, point, &self.depth),
+                Err(side) => Plane::constant(side),
+            };
             let side = Plane { a, b, c: c - a * self.moved[0] - b * self.moved[1] };
             sides.push(side);
             side.range(self.x, self.y).1 >= 0.0
@@ -436,7 +462,7 @@ impl Patch<'_> {
         opacity(surfaces, self.view, casters, piece, || {
             let (x, y) = (x - self.moved[0], y - self.moved[1]);
             let depth = self.depth.depth(x, y);
-            let from = self.view.world_point(x, y, depth);
+            let from = self.place(x, y);
             let (along, reach) = self.from.from(from);
             let normal = casters.normal(piece, self.from);
             let corner = casters.corners(piece, self.from).next().unwrap_or_default();
@@ -476,7 +502,9 @@ pub fn opacity(
         return known.opacity;
     }
     let Way { from, along, position, width } = met();
-    let sees_front = casters.normal(piece, Toward::Direction(-along)).dot(along) < 0.0;
+    // A card shows its front to whoever looks.
+    let sees_front = casters.card(piece).is_some()
+        || casters.normal(piece, Toward::Direction(-along)).dot(along) < 0.0;
     let met = Meeting { ordinal: known.face, sees_front, from, position, width };
     surfaces.alpha_at(view, &met)
 }

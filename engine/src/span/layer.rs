@@ -91,7 +91,18 @@ pub struct Stack {
     pub opaque: FaceId,
 }
 
+/// A segment that is seen where the line is looked at.
+struct Seen {
+    face: OnLine,
+    end: u32,
+    /// The one behind it, and the cell at which that comes before it; beyond all if it does not before one ends.
+    behind: FaceId,
+    until: u32,
+}
+
 /// Divides a line into stacks, from left to right. Where two layers cross, a new stack begins.
+///
+/// Layers are kept in their order from one stack to the next: only what begins, ends or crosses is looked at again.
 pub fn stacks(
     line: &[Span],
     segments: &[Segment],
@@ -99,27 +110,42 @@ pub fn stacks(
     on_line: impl Fn(FaceId) -> OnLine,
     mut each: impl FnMut(Stack),
 ) {
-    let mut active: Vec<Segment> = Vec::new();
+    let mut seen: Vec<Seen> = Vec::new();
     let mut waiting = segments.iter().peekable();
     for (range, opaque) in line::segments(line, cells) {
         let mut x = range.start;
         while x < range.end {
-            active.retain(|segment| segment.end > x);
+            let crosses = seen.iter().any(|layer| layer.until <= x);
+            seen.retain(|layer| layer.end > x);
+            if crosses {
+                seen.sort_by(|a, b| b.face.compare(&a.face, x));
+            }
             while let Some(segment) = waiting.next_if(|segment| segment.start <= x) {
-                active.push(*segment);
+                let (face, end) = (on_line(segment.face), segment.end);
+                let at = seen.partition_point(|layer| layer.face.compare(&face, x).is_gt());
+                seen.insert(at, Seen { face, end, behind: FaceId::NONE, until: u32::MAX });
             }
+            look_behind(&mut seen, x);
             let next = waiting.peek().map_or(range.end, |segment| segment.start.min(range.end));
-            let end = active.iter().fold(next, |end, segment| end.min(segment.end));
-            let mut layers: Vec<OnLine> = active.iter().map(|s| on_line(s.face)).collect();
-            while x < end {
-                layers.sort_unstable_by(|a, b| b.compare(a, x));
-                // The first to cross are neighbours.
-                let crossing = layers.windows(2).map(|pair| pair[0].divide(&pair[1], x..end));
-                let until = crossing.map(|division| division.boundary).min().unwrap_or(end);
-                let faces = layers.iter().map(OnLine::face).collect();
-                each(Stack { cells: x..until, layers: faces, opaque });
-                x = until;
-            }
+            let end = seen.iter().fold(next, |end, layer| end.min(layer.end).min(layer.until));
+            let layers = seen.iter().map(|layer| layer.face.face()).collect();
+            each(Stack { cells: x..end, layers, opaque });
+            x = end;
+        }
+    }
+}
+
+/// Finds where layers, in their order at `x`, are crossed by those that have come to be behind them.
+fn look_behind(seen: &mut [Seen], x: u32) {
+    for i in 0..seen.len() {
+        let next = seen.get(i + 1).map_or(FaceId::NONE, |next| next.face.face());
+        if seen[i].behind != next {
+            let until = seen.get(i + 1).map_or(u32::MAX, |next| {
+                let end = seen[i].end.min(next.end);
+                let boundary = seen[i].face.divide(&next.face, x..end).boundary;
+                if boundary < end { boundary } else { u32::MAX }
+            });
+            (seen[i].behind, seen[i].until) = (next, until);
         }
     }
 }

@@ -352,7 +352,10 @@ struct Register([Block; LANES / WIDTH]);
 
 /// The registers of a run.
 pub(super) struct Registers {
-    #[expect(clippy::vec_box, reason = "what was made is put in its place by exchanging two addresses")]
+    #[expect(
+        clippy::vec_box,
+        reason = "what was made is put in its place by exchanging two addresses"
+    )]
     all: Vec<Box<Register>>,
     /// What is being written.
     made: Box<Register>,

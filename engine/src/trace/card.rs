@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::Toward;
+use super::{Ray, Toward};
 
 /// The sine of the steepest height from which a card is still upright: 60 degrees.
 const STEEP: f64 = 0.866_025_403_784_438_6;
@@ -31,6 +31,32 @@ pub struct Turned {
     pub up: DVec3,
 }
 
+/// The directions of all cards that are turned in one direction: to the right, and upwards or nearly.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Level {
+    right: DVec3,
+    up: DVec3,
+}
+
+impl Level {
+    /// Of cards turned to where a way leads.
+    pub(super) fn toward(way: DVec3) -> Level {
+        let way = way.try_normalize().unwrap_or(DVec3::Z);
+        let (rise, run) = (way.y.abs(), DVec3::new(way.x, 0.0, way.z).length());
+        // From straight above no side is the front one; what looks up from below sees the same card.
+        let level = DVec3::Z * way.y.signum();
+        let flat = if run > 1e-6 { DVec3::new(way.x, 0.0, way.z) / run } else { level };
+        let up = if rise <= STEEP {
+            DVec3::Y
+        } else {
+            // Sine and cosine of what the height has beyond 60 degrees.
+            let (sine, cosine) = (rise * 0.5 - run * STEEP, run * 0.5 + rise * STEEP);
+            DVec3::Y * cosine - flat * (sine * way.y.signum())
+        };
+        Level { right: DVec3::Y.cross(flat), up }
+    }
+}
+
 impl Card {
     /// Its middle, about which it turns.
     pub fn middle(&self) -> DVec3 {
@@ -41,20 +67,31 @@ impl Card {
     /// thin, it leans over by as much as that is exceeded; from straight above it faces +z below.
     pub fn turned(&self, toward: Toward) -> Turned {
         let middle = self.middle();
-        let way = toward.from(middle).0.try_normalize().unwrap_or(DVec3::Z);
-        let (rise, run) = (way.y.abs(), DVec3::new(way.x, 0.0, way.z).length());
-        // From straight above no side is the front one; what looks up from below sees the same card.
-        let level = DVec3::Z * way.y.signum();
-        let flat = if run > 1e-6 { DVec3::new(way.x, 0.0, way.z) / run } else { level };
-        let right = DVec3::Y.cross(flat);
-        let up = if rise <= STEEP {
-            DVec3::Y
-        } else {
-            // Sine and cosine of what the height has beyond 60 degrees.
-            let (sine, cosine) = (rise * 0.5 - run * STEEP, run * 0.5 + rise * STEEP);
-            DVec3::Y * cosine - flat * (sine * way.y.signum())
-        };
+        let Level { right, up } = Level::toward(toward.from(middle).0);
         Turned { middle, right, up }
+    }
+
+    /// The way along a ray to where it meets the card, as it stands when it is turned to whom the ray turns cards.
+    pub(super) fn meet(&self, ray: &Ray) -> Option<f64> {
+        let middle = self.middle();
+        let Level { right, up } = match ray.turns() {
+            Toward::Direction(_) => *ray.level(),
+            Toward::Point(light) => Level::toward(light - middle),
+        };
+        let normal = right.cross(up);
+        let t = normal.dot(middle - ray.origin) / normal.dot(ray.direction);
+        let place = ray.at(t) - middle;
+        let is_on =
+            place.dot(right).abs() <= self.half_width && place.dot(up).abs() <= self.height / 2.0;
+        (is_on && t > 0.0 && t < ray.reach).then_some(t)
+    }
+
+    /// What becomes of its places when it is turned from one to another.
+    pub fn turn(&self, from: Toward, to: Toward) -> Turn {
+        let (from, to) = (self.turned(from), self.turned(to));
+        // Its left stays on the left, whoever looks from behind.
+        let sign = if from.right.dot(to.right) < 0.0 { -1.0 } else { 1.0 };
+        Turn { from, right: to.right * sign, up: to.up, facing: to.right.cross(to.up) }
     }
 
     /// The least and the greatest corner of all that it takes, however it is turned.
@@ -71,6 +108,45 @@ impl Card {
         let Turned { middle, right, up } = self.turned(toward);
         let (side, half) = (right * self.half_width, up * (self.height / 2.0));
         [middle - side - half, middle + side - half, middle + side + half, middle - side + half]
+    }
+}
+
+/// A card on its way from how it is seen to how it stands to a light. It receives light as it stands to the light,
+/// as it casts: a tree is round, and what falls on it is not stretched along a plane that light barely meets.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    from: Turned,
+    /// To the right and upwards, afterwards.
+    right: DVec3,
+    up: DVec3,
+    facing: DVec3,
+}
+
+impl Turn {
+    /// Its plane afterwards: the unit normal to whom it was turned, and its middle.
+    pub fn plane(&self) -> (DVec3, DVec3) {
+        (self.facing, self.from.middle)
+    }
+
+    /// Where a place on it goes.
+    pub fn place(&self, point: DVec3) -> DVec3 {
+        let Turned { middle, right, up } = self.from;
+        let way = point - middle;
+        middle + self.right * way.dot(right) + self.up * way.dot(up)
+    }
+
+    /// The plane whose places on the card go to those of a plane given by normal and point: normal and point, or on
+    /// which side all places are if they are all on one.
+    pub fn before(&self, normal: DVec3, point: DVec3) -> Result<(DVec3, DVec3), f64> {
+        let Turned { middle, right, up } = self.from;
+        let old = right * normal.dot(self.right) + up * normal.dot(self.up);
+        let rest = normal.dot(middle - point);
+        let square = old.length_squared();
+        // The card is level with the plane: less than rounding of its place is no slope.
+        if square <= 1e-24 * normal.length_squared() {
+            return Err(rest);
+        }
+        Ok((old, middle - old * (rest / square)))
     }
 }
 
@@ -100,6 +176,28 @@ mod tests {
                     assert!(corner.cmpge(low - 1e-9).all() && corner.cmple(high + 1e-9).all());
                 }
             }
+        }
+    }
+
+    #[test]
+    fn what_is_on_a_side_of_a_plane_afterwards_was_on_that_of_the_plane_before() {
+        let card = Card { foot: DVec3::new(30.0, 1.0, -20.0), half_width: 2.0, height: 5.0 };
+        for i in 0..500 {
+            let unit = |k: u32| f64::from((i * 7 + k * 131) % 97) / 48.0 - 1.0;
+            let way = |k: u32| DVec3::new(unit(k), unit(k + 1), unit(k + 2)).normalize_or(DVec3::X);
+            let turn = card.turn(Toward::Direction(way(0)), Toward::Direction(way(3)));
+            let Turned { middle, right, up } = turn.from;
+            let place = middle + right * unit(6) * 2.0 + up * unit(7) * 2.5;
+            let after = turn.place(place);
+            assert!(((after - middle).length() - (place - middle).length()).abs() < 1e-9);
+            assert!(turn.plane().0.dot(way(3)) > 0.49 && turn.right.dot(right) >= 0.0);
+            let (normal, point) = (way(8), middle + way(11) * 3.0);
+            let side = normal.dot(after - point);
+            let before = match turn.before(normal, point) {
+                Ok((normal, point)) => normal.dot(place - point),
+                Err(side) => side,
+            };
+            assert!((side - before).abs() < 1e-9, "{side} {before}");
         }
     }
 }

@@ -12,7 +12,7 @@ mod grid;
 mod ray;
 mod reductions;
 
-pub use card::{Card, Turned};
+pub use card::{Card, Turn, Turned};
 pub use grid::Voxels;
 pub use ray::{Ray, Toward};
 pub use reductions::{Candidates, Reductions, Spaces, spaces_of};
@@ -322,19 +322,10 @@ impl Casters {
     /// does not meet.
     #[inline]
     pub fn meet(&self, piece: usize, ray: &Ray) -> Option<Hit> {
-        if self.pieces[piece].card.is_some() {
-            return self.meet_corners(piece, ray, self.corners(piece, ray.turns()));
+        if let Some(card) = self.card(piece) {
+            return card.meet(ray).map(|t| Hit { t, piece });
         }
-        self.meet_corners(piece, ray, self.of(&self.pieces[piece]))
-    }
-
-    #[inline(always)]
-    fn meet_corners(
-        &self,
-        piece: usize,
-        ray: &Ray,
-        mut corners: impl Iterator<Item = DVec3> + Clone,
-    ) -> Option<Hit> {
+        let mut corners = self.of(&self.pieces[piece]);
         let all = corners.clone();
         let corner = corners.next()?;
         let first = ray.seen(corner);

@@ -1,6 +1,10 @@
 //! Rays, and where they go.
 
 use glam::DVec3;
+use std::cell::OnceCell;
+
+use super::card::Level;
+use crate::camera::View;
 
 /// A part of a straight line.
 #[derive(Clone, Debug)]
@@ -11,6 +15,8 @@ pub struct Ray {
     /// The axes across it, and by how much they lean along the one that it follows most.
     across: [(usize, f64); 2],
     along: usize,
+    /// How cards stand that it turns to where it comes from, once it has met one.
+    level: OnceCell<Level>,
 }
 
 impl Ray {
@@ -20,7 +26,7 @@ impl Ray {
         let along = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(2);
         let across = [(along + 1) % 3, (along + 2) % 3];
         let across = across.map(|axis| (axis, direction[axis] / direction[along]));
-        Ray { origin, direction, reach, across, along }
+        Ray { origin, direction, reach, across, along, level: OnceCell::new() }
     }
 
     /// The point at a way, in lengths of its direction.
@@ -48,6 +54,11 @@ impl Ray {
         }
     }
 
+    /// How cards stand that it turns to where it comes from.
+    pub(super) fn level(&self) -> &Level {
+        self.level.get_or_init(|| Level::toward(-self.direction))
+    }
+
     /// A point as seen along the ray, which is in the middle.
     #[inline(always)]
     pub(super) fn seen(&self, point: DVec3) -> (f64, f64) {
@@ -67,6 +78,14 @@ pub enum Toward {
 }
 
 impl Toward {
+    /// To the eye of a view.
+    pub fn eye(view: &View) -> Toward {
+        match view.is_parallel() {
+            true => Toward::Direction(view.world_direction(DVec3::Z)),
+            false => Toward::Point(view.camera().position),
+        }
+    }
+
     /// The way from a point: to the end at 1, or endless with length 1.
     pub fn from(self, point: DVec3) -> (DVec3, f64) {
         match self {

@@ -1,10 +1,9 @@
 //! Which fragments the rows of a picture have, before any is shaded.
 
-use glam::DVec2;
+use std::collections::HashMap;
 use std::ops::Range;
 
 use super::Stream;
-use crate::fragment::{Columns, Fragments};
 use crate::raster::Rows;
 use crate::resolve::Channel;
 use crate::resolve::coverage::Cover;
@@ -15,23 +14,9 @@ use crate::span::{FaceId, SpanImage};
 /// Fragments shaded in one batch, about.
 const BATCH: usize = 4096;
 
-/// Stacks of more layers than this are looked through before they are shaded.
-const DEEP: usize = 8;
-
-/// What is behind layers that let less than this through is not shaded.
-const LEAST_THROUGH: f32 = 1e-4;
-
-/// Faces that lie over each other at a pixel.
-struct Pile {
-    pixel: usize,
-    row: u32,
-    column: u32,
-    area: f32,
-    x: f64,
-    y: f64,
-    /// From front to back.
-    faces: Vec<FaceId>,
-}
+/// By pixel and face, the place among fragments of those that lie over each other: a face is shaded once in a pixel,
+/// however many stacks there it is in.
+type Laid = HashMap<(usize, FaceId), usize>;
 
 /// The fragments of a band of rows.
 #[derive(Debug, Default)]
@@ -106,6 +91,7 @@ impl Stream<'_> {
             ..Gathered::default()
         };
         let mut open: Vec<Group> = (0..sources).map(group).collect();
+        let mut laid = Laid::new();
         for (i, row) in rows.clone().enumerate() {
             let mut covers = std::mem::take(&mut self.covers);
             covers.clear();
@@ -121,11 +107,11 @@ impl Stream<'_> {
                 let places = (first as u32..).zip(&touched).filter(|(_, is_touched)| **is_touched);
                 gathered.touched.extend(places.map(|(at, _)| at));
             }
-            let mut deep = Vec::new();
+            laid.clear();
             for cover in &covers {
                 let start = first + (cover.start - self.framing.columns.start) as usize;
                 if self.coverage.stack(cover.face).is_some() {
-                    self.stack(cover, row, start, &mut deep, &mut gathered);
+                    self.stack(cover, row, start, &mut laid, &mut gathered);
                     continue;
                 }
                 if wants_color && cover.face.is_some() {
@@ -140,8 +126,6 @@ impl Stream<'_> {
                 }
             }
             self.covers = covers;
-            self.look_through(&mut deep);
-            deep.iter().for_each(|pile| self.lay(pile, &mut gathered));
         }
         gathered.batches.extend(open.into_iter().filter(|group| !group.ordinal.is_empty()));
         gathered
@@ -196,83 +180,34 @@ impl Stream<'_> {
         }
     }
 
-    /// Adds the fragments of a cover whose faces lie over each other to the groups of their sources, or to
-    /// the deep ones, of which not all may be seen.
+    /// Adds the fragments of a cover whose faces lie over each other to the groups of their sources.
     fn stack(
         &self,
         cover: &Cover,
         row: u32,
         start: usize,
-        deep: &mut Vec<Pile>,
+        laid: &mut Laid,
         gathered: &mut Gathered,
     ) {
-        let faces = self.coverage.stack(cover.face).unwrap_or(&[]);
+        let area = cover.area;
         for (column, pixel) in (cover.start..cover.end).zip(start..) {
-            let Point { x, y, .. } = self.point(cover, column);
-            let faces = faces.to_vec();
-            let pile = Pile { pixel, row, column, area: cover.area, x, y, faces };
-            if self.hides && pile.faces.len() > DEEP {
-                deep.push(pile);
-            } else {
-                self.lay(&pile, gathered);
-            }
-        }
-    }
-
-    /// Adds the fragments of a pile to the groups of their sources.
-    fn lay(&self, pile: &Pile, gathered: &mut Gathered) {
-        let Pile { pixel, row, column, area, x, y, .. } = *pile;
-        let first = gathered.members.len();
-        for face in &pile.faces {
-            let (source, _) = self.image.locate(*face);
-            let group = &mut gathered.layered[source];
-            let point = Point { face: *face, x, y };
-            gathered.members.push(Member { point, source, index: group.ordinal.len() });
-            group.push(self.image, point, row, column, area == 1.0);
-            group.pixels.push((pixel as u32, area));
-        }
-        let members = first..gathered.members.len();
-        gathered.blends.push(Blend { pixel, area, members });
-    }
-
-    /// Takes from piles what is behind layers that let nothing through: layer by layer of all piles, only
-    /// how much each hides is asked.
-    fn look_through(&self, piles: &mut [Pile]) {
-        let view = self.image.view();
-        let mut left = vec![1.0f32; piles.len()];
-        let mut open: Vec<usize> = (0..piles.len()).collect();
-        let mut depth = 0;
-        while !open.is_empty() {
-            let mut batches: Vec<(Fragments<'_>, Vec<usize>)> = Vec::new();
-            batches.resize_with(self.image.sources().len(), || (Fragments::new(view), Vec::new()));
-            for at in &open {
-                let pile = &piles[*at];
-                let (source, place) = self.image.locate(pile.faces[depth]);
-                let face = &self.image.sources()[source].faces.faces()[place];
-                let (batch, places) = &mut batches[source];
-                let (x, y) = (pile.x, pile.y);
-                batch.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
-                places.push(*at);
-            }
-            for (source, (mut batch, places)) in batches.into_iter().enumerate() {
-                if places.is_empty() {
-                    continue;
-                }
-                batch.pixel = DVec2::ONE / self.framing.scale;
-                batch.textures = self.framing.textures;
-                self.image.sources()[source].fill(Columns::COLOR, &mut batch);
-                for (at, alpha) in places.iter().zip(&batch.alpha) {
-                    left[*at] *= 1.0 - alpha;
+            let at = self.point(cover, column);
+            let first = gathered.members.len();
+            for face in self.coverage.stack(cover.face).unwrap_or(&[]) {
+                let (source, _) = self.image.locate(*face);
+                let group = &mut gathered.layered[source];
+                let point = Point { face: *face, ..at };
+                let index = *laid.entry((pixel, *face)).or_insert(group.ordinal.len());
+                gathered.members.push(Member { point, source, index });
+                if index < group.ordinal.len() {
+                    group.widen(self.image, index, point, area);
+                } else {
+                    group.push(self.image, point, row, column, area == 1.0);
+                    group.pixels.push((pixel as u32, area));
                 }
             }
-            depth += 1;
-            open.retain(|at| {
-                let pile = &mut piles[*at];
-                if left[*at] < LEAST_THROUGH {
-                    pile.faces.truncate(depth);
-                }
-                depth < pile.faces.len()
-            });
+            let members = first..gathered.members.len();
+            gathered.blends.push(Blend { pixel, area, members });
         }
     }
 }
@@ -298,6 +233,18 @@ impl Group {
             + self.points.iter().map(|column| size_of_val(&**column)).sum::<usize>()
             + size_of_val(&*self.spots)
             + size_of_val(&*self.pixels)
+    }
+
+    /// Adds an area at a point to what a fragment covers: it is shaded in the middle of all.
+    fn widen(&mut self, image: &SpanImage, index: usize, point: Point, area: f32) {
+        let (_, face) = image.face(point.face);
+        let (_, covered) = &mut self.pixels[index];
+        *covered += area;
+        let share = f64::from(area / *covered);
+        let place = [point.x, point.y, face.plane.depth(point.x, point.y)];
+        for (column, value) in self.points.iter_mut().zip(place) {
+            column[index] += (value - column[index]) * share;
+        }
     }
 
     fn push(&mut self, image: &SpanImage, point: Point, row: u32, column: u32, is_whole: bool) {
