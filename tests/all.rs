@@ -18,6 +18,7 @@ mod library;
 mod lights;
 mod malformed;
 mod panorama;
+mod papers;
 mod penumbra;
 mod photometry;
 mod pictures;

@@ -1,16 +1,25 @@
 //! Light from pictures of everything around: painted skies against the skies themselves, and real ones.
 
 use glam::{DVec2, DVec3, dvec3 as v};
+use spandrel_engine::backdrop::{self, Show, Stand};
+use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::error::Error;
 use spandrel_engine::image::{Image, Samples, Window, file};
+use spandrel_engine::key::Key;
 use spandrel_engine::light::list::{LampFile, MakeLamp, SkyLight};
 use spandrel_engine::light::panorama::Panorama;
 use spandrel_engine::light::sky::{Sky, SkyModel};
-use spandrel_engine::light::{Light, Receiver};
+use spandrel_engine::light::{Lamp, Light, Receiver};
+use spandrel_engine::raster::Raster;
+use spandrel_engine::resolve::Rule;
+use spandrel_engine::shade::Stream;
+use spandrel_engine::span::SpanImage;
 use spandrel_tests::data;
 use spandrel_tests::lights::close;
+use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 
 const PI: f64 = std::f64::consts::PI;
 
@@ -97,6 +106,38 @@ fn a_painted_sky_gives_what_the_sky_gives() {
         assert_eq!(lux(&*back, v(0.2, 0.7, 0.1)), lux(&*light, v(0.2, 0.7, 0.1)));
         std::fs::remove_file(&path).unwrap();
     }
+}
+
+#[test]
+fn what_stands_behind_lights_as_it_is_seen() {
+    // A sky behind a scene, taken in all directions, gives what the sky gives; and a program that dims its east
+    // takes the light of the east.
+    let sun = v(0.5, 0.6, -0.4).normalize();
+    let sky = Sky::new(SkyModel::Clear, sun, 0.3).unwrap();
+    let lamp = Lamp::new("", true, Color::grey(500.0), Arc::new(sky.clone()));
+    let camera = Camera { position: v(3.0, 1.0, 2.0), ..Camera::default() };
+    let view = View::new(&camera, Raster::new(2, 1).unwrap()).unwrap();
+    let key = Key::of(&0);
+    let stand = Stand { label: "sky".to_owned(), key, strength: Color::WHITE, distance: None };
+    let plan = Rule::Sloped(1).plan().unwrap();
+    let image = backdrop::image(Show::Sky(lamp, 800.0), stand, &view, plan, 0..1).unwrap();
+    let lux_of = |image: &SpanImage, normal: DVec3| {
+        let (light, open) = Panorama::of(&backdrop::panorama(image, 256).unwrap(), 0.0).unwrap();
+        lux(&light, normal)[1] * open * 800.0 / PI
+    };
+    for normal in [v(0.0, 1.0, 0.0), v(1.0, 0.0, 0.0), v(0.0, 0.0, -1.0), v(-0.3, -1.0, 0.2)] {
+        close(lux_of(&image, normal), 500.0 * lux(&sky, normal)[1], 0.006);
+    }
+    let code = "if (-I.x > 0) { color = color * 0.25; }";
+    let dimmed = Stream::new(code, BTreeMap::new(), BTreeMap::new()).unwrap();
+    let dimmed = image.shaded(Arc::new(dimmed)).unwrap();
+    let (east, west) = (v(1.0, 0.0, 0.0), v(-1.0, 0.0, 0.0));
+    close(lux_of(&dimmed, east), 0.25 * 500.0 * lux(&sky, east)[1], 0.006);
+    close(lux_of(&dimmed, west), 500.0 * lux(&sky, west)[1], 0.006);
+    // Without anything behind it there is none.
+    let empty = SpanImage::empty(view, plan, 0..1);
+    let error = backdrop::panorama(&empty, 16).unwrap_err();
+    assert!(error.to_string().contains("Background"), "{error}");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 //! rays that meet nothing else. Without a distance of its own it stands [`FAR`] away.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -14,8 +15,8 @@ use std::sync::Arc;
 use crate::camera::{Plane, View};
 use crate::color::Color;
 use crate::error::{Error, FirstError, Result};
-use crate::fragment::{Columns, FAR, Fragments, Surfaces};
-use crate::image::Image;
+use crate::fragment::{Batch, Columns, FAR, Fragments, Sight, Surfaces, stack};
+use crate::image::{Image, Samples, Window};
 use crate::key::Key;
 use crate::light::Lamp;
 use crate::math;
@@ -299,6 +300,61 @@ pub fn image(
     let all = 0..view.raster().cells();
     Ok(filled(frame, is_translucent, |_| all.clone()).with_again(again))
 }
+
+/// What stands behind an image in all directions, as a panorama of so many rows, twice as wide, with colour and
+/// alpha: its first backdrop, with all that was done to it. Its middle lies towards -z, its top is the zenith; a
+/// camera's place counts only for programs that ask where they are.
+///
+/// # Errors
+/// If nothing stands behind the image, or it cannot be computed.
+pub fn panorama(image: &SpanImage, rows: u32) -> Result<Image> {
+    let behind =
+        image.sources().iter().find_map(|source| Some((source, source.surfaces.beyond()?)));
+    let Some((source, ordinal)) = behind else {
+        return Err(Error::invalid("nothing stands behind this image: give it a Background"));
+    };
+    let columns = 2 * rows;
+    let view = image.view();
+    let from = view.camera().position;
+    let step = PI / f64::from(rows);
+    let row = |row: u32| -> Vec<[f32; 4]> {
+        let mut fragments = Fragments::new(view);
+        fragments.label.clone_from(&source.label);
+        let up = FRAC_PI_2 - (f64::from(row) + 0.5) * step;
+        let mut sight = Sight { turns: 1, ..Sight::default() };
+        for column in 0..columns {
+            let round = (f64::from(column) + 0.5) * step - PI;
+            let level = math::cos(up);
+            let way =
+                DVec3::new(level * math::sin(round), math::sin(up), -level * math::cos(round));
+            let (x, y) = (f64::from(column) + 0.5, f64::from(row) + 0.5);
+            fragments.push(ordinal, true, x, y, view.depth(FAR));
+            fragments.position.push(from + way * FAR);
+            sight.from.push(from);
+            sight.weight.push(Color::WHITE);
+            sight.before.push(0.0);
+            sight.width.push((FAR * step) as f32);
+        }
+        fragments.sight = Some(sight);
+        stack::shade(&source.stack, &*source.surfaces, &Alone, &mut fragments);
+        let shown = fragments.color.iter().zip(&fragments.alpha);
+        shown.map(|(c, a)| [c.r * a, c.g * a, c.b * a, *a]).collect()
+    };
+    let pixels: Vec<[f32; 4]> = (0..rows).into_par_iter().flat_map_iter(row).collect();
+    if let Some(fault) = source.surfaces.fault() {
+        return Err(fault);
+    }
+    let mut made = Image::new((columns, rows), Window::whole(columns, rows));
+    for (k, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
+        made.insert(name, Samples::Float(pixels.iter().map(|pixel| pixel[k]).collect()))?;
+    }
+    Ok(made)
+}
+
+/// Fragments with nothing around them.
+struct Alone;
+
+impl Batch for Alone {}
 
 /// The image with its one face on every line, within its cells.
 fn filled(

@@ -11,6 +11,7 @@ pub mod image {
     mod grade;
     mod matte;
     mod over;
+    mod panorama;
     mod quantize;
     mod read;
     mod refine;
@@ -21,6 +22,7 @@ pub mod image {
     pub use grade::Grade;
     pub use matte::Matte;
     pub use over::Over;
+    pub use panorama::Panorama;
     pub use quantize::Quantize;
     pub use read::Read;
     pub use refine::Refine;
@@ -32,8 +34,10 @@ pub mod image {
 /// Light sources.
 pub mod light {
     mod listed;
+    mod panorama_light;
     mod scene_lights;
     pub use listed::{Listed, ListedLight};
+    pub use panorama_light::PanoramaLight;
     pub use scene_lights::SceneLights;
 }
 
@@ -111,6 +115,7 @@ pub fn register(registry: &mut Registry) {
         .register::<image::Grade>()
         .register::<image::Matte>()
         .register::<image::Over>()
+        .register::<image::Panorama>()
         .register::<image::Quantize>()
         .register::<image::Read>()
         .register::<image::Refine>()
@@ -126,6 +131,7 @@ pub fn register(registry: &mut Registry) {
         .register::<light::Listed<list::SkyLight>>()
         .register::<light::Listed<list::SpotLight>>()
         .register::<light::Listed<list::SunLight>>()
+        .register::<light::PanoramaLight>()
         .register::<light::SceneLights>()
         .register::<output::Write>()
         .register::<output::WriteSpans>()

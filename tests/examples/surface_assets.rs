@@ -1,5 +1,5 @@
-//! Paints the pictures of the surfaces in `graphs/surfaces.ron` into `graphs/assets/surfaces`: bricks, tiles,
-//! planks, a globe, leaves and a label. `cargo run --release -p spandrel-tests --example surface_assets`.
+//! Paints the pictures of the surfaces in `graphs/surfaces.ron` and `graphs/papers/zashiki.ron` into
+//! `graphs/assets/surfaces`: bricks, tiles, planks, a globe, leaves, a label; a carved transom, sliding doors, a scroll. `cargo run --release -p spandrel-tests --example surface_assets`.
 
 #![allow(
     clippy::disallowed_methods,
@@ -195,5 +195,102 @@ fn main() {
             step(0.055, 0.045, arch) * step(-0.24, -0.2, y) + step(0.03, 0.02, (ring - 0.86).abs());
         let [r, g, b] = mix([0.86, 0.68, 0.34], [0.3, 0.14, 0.1], on.min(1.0));
         [r, g, b, 1.0]
+    });
+    japanese();
+}
+
+/// What is in a Japanese room: mountains in ink on sliding doors, a hanging scroll, a transom carved of a board.
+fn japanese() {
+    // Hills in mist, one behind the other, on gold leaf. It repeats to the right.
+    paint("fusuma.png", 512, 256, |u, v| {
+        let leaf = (u * 8.0 - (u * 8.0).round()).abs().min((v * 4.0 - (v * 4.0).round()).abs());
+        let gold = mix([0.82, 0.71, 0.45], [0.74, 0.62, 0.36], layers(u * 8.0, v * 4.0, 8, 50));
+        let mut own = mix(gold, [0.66, 0.54, 0.3], step(0.02, 0.0, leaf) * 0.35);
+        for hill in 0..4u64 {
+            let period = 3 + hill as i64;
+            let ridge = 0.62 - 0.13 * hill as f32
+                + 0.34 * (layers(u * period as f32, 0.5, period, 51 + hill) - 0.5);
+            let ink = mix([0.62, 0.6, 0.5], [0.17, 0.22, 0.2], hill as f32 / 3.0);
+            // Ink is thick at the ridge, and runs out into mist.
+            let below = step(0.0, 0.008, ridge - v) * step(0.26, 0.0, ridge - v);
+            own = mix(own, ink, 0.85 * below);
+        }
+        let sun = (u - 0.7).hypot((v - 0.78) * 0.5);
+        let own = mix(own, [0.72, 0.26, 0.18], step(0.052, 0.048, sun));
+        [own[0], own[1], own[2], 1.0]
+    });
+    // Bamboo in ink.
+    paint("scroll.png", 128, 384, |u, v| {
+        let mut own = mix([0.9, 0.87, 0.78], [0.84, 0.8, 0.7], layers(u * 6.0, v * 18.0, 18, 60));
+        for (at, lean, wide) in [(0.36, 0.05, 0.02), (0.58, -0.04, 0.028), (0.5, 0.12, 0.012)] {
+            let joint = (v * 7.0 + at * 9.0).fract();
+            let off = (u - at - lean * (v - 0.5)).abs();
+            let stalk = step(wide, wide * 0.75, off) * step(0.0, 0.03, joint.min(1.0 - joint));
+            own = mix(own, [0.22, 0.24, 0.22], stalk * step(0.06, 0.1, v) * 0.85);
+        }
+        for leaf in 0..26 {
+            let c = |seed| chance(leaf, 0, seed);
+            let (x, y) = (0.22 + 0.6 * c(61), 0.42 + 0.46 * c(62));
+            let turn = -0.5 - 1.3 * c(63);
+            let (dx, dy) = ((u - x) * 1.0, (v - y) * 3.0);
+            let (a, b) = (dx * turn.cos() + dy * turn.sin(), dy * turn.cos() - dx * turn.sin());
+            let half = 0.022 * (1.0 - (a / 0.15 - 0.2).powi(2)).max(0.0);
+            if half > 0.0 {
+                let inside = step(0.004, -0.004, b.abs() - half);
+                own = mix(own, [0.16, 0.18, 0.16], inside * 0.8);
+            }
+        }
+        let seal = (u - 0.78).abs().max((v - 0.12).abs() * 3.0);
+        let own = mix(own, [0.7, 0.2, 0.14], step(0.05, 0.045, seal));
+        [own[0], own[1], own[2], 1.0]
+    });
+    // Cranes over waves, cut out of a board.
+    paint("transom.png", 512, 128, |u, v| {
+        let (x, y) = (u * 4.0, v);
+        let grain = layers(x * 2.0, y * 26.0, 64, 70);
+        let mut wood = mix([0.62, 0.42, 0.25], [0.4, 0.25, 0.14], grain);
+        let mut there = 0.0f32;
+        // Waves: rows of scales, each of rings.
+        if y < 0.5 {
+            let mut nearest = f32::INFINITY;
+            for row in 0..5 {
+                let shift = if row % 2 == 0 { 0.0 } else { 0.125 };
+                let cx = ((x - shift) / 0.25).round() * 0.25 + shift;
+                let cy = 0.02 + 0.1 * row as f32;
+                let d = (x - cx).hypot(y - cy);
+                // The rows below lie over those above.
+                if d < 0.14 && nearest.is_infinite() {
+                    nearest = d;
+                }
+            }
+            if nearest.is_finite() {
+                let ring = (nearest / 0.14 * 3.0).fract();
+                there = step(0.3, 0.4, ring);
+                wood = mix(wood, [0.3, 0.18, 0.1], 0.5 * step(0.8, 0.98, ring));
+            }
+        }
+        // Cranes: wings as two arcs, a neck, a tail.
+        for (cx, cy, size) in
+            [(0.62, 0.62, 0.3), (1.5, 0.7, 0.22), (2.35, 0.6, 0.33), (3.3, 0.68, 0.25)]
+        {
+            let (a, b) = ((x - cx) / size, (y - cy) / size);
+            let wing = 0.34 * (1.0 - a.abs()).max(0.0) * (a.abs() * 2.6).sin().abs();
+            let inside = (b - 0.55 * a.abs() + 0.18).abs() < wing.max(0.02) && a.abs() < 1.0;
+            let body = (a * 1.0).hypot(b * 3.4 + 0.4) < 0.3;
+            let neck = (b + 0.12 + 0.12 * (a - 0.4)).abs() < 0.035 && (0.0..0.85).contains(&a);
+            if inside || body || neck {
+                there = 1.0;
+                let edge = (b * 26.0 + a.abs() * 9.0).sin();
+                wood = mix(wood, [0.7, 0.5, 0.32], 0.35 + 0.25 * edge);
+            }
+        }
+        // Battens that hold them, and the frame.
+        let batten = (x - x.round()).abs() < 0.014 || (y - 0.5).abs() < 0.014;
+        let frame = x.min(4.0 - x).min(y.min(1.0 - y)) < 0.05;
+        if batten || frame {
+            there = 1.0;
+            wood = mix(wood, [0.34, 0.21, 0.12], 0.4);
+        }
+        [wood[0], wood[1], wood[2], there]
     });
 }

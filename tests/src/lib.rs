@@ -3,6 +3,7 @@
 pub mod data;
 pub mod known;
 pub mod lights;
+pub mod papers;
 pub mod program;
 pub mod random;
 pub mod scenes;

@@ -9,10 +9,11 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use super::normals::ByNormal;
+use super::sky::cosine_spread;
 use super::{Light, Receiver, Sample};
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::image::file;
+use crate::image::{Image, file};
 use crate::math;
 use crate::packed;
 use crate::trace::Toward;
@@ -51,10 +52,19 @@ impl Panorama {
     /// Reads a panorama and turns it by an angle in radians.
     ///
     /// # Errors
-    /// If it cannot be read, is not twice as wide as high, or nothing of its upper half shines.
+    /// If it cannot be read, or is none.
     pub fn read(path: &Path, turn: f64) -> Result<Panorama> {
-        let picture = file::read(path)?;
-        let fault = |what: String| Error::in_file(path, what);
+        let made = Panorama::of(&file::read(path)?, turn);
+        Ok(made.map_err(|error| Error::in_file(path, error.to_string()))?.0)
+    }
+
+    /// A panorama in memory, turned by an angle in radians, and the illuminance that an open horizontal plane
+    /// receives of the picture as it is: in lux, if its values are cd/m2.
+    ///
+    /// # Errors
+    /// If it is not twice as wide as high, or nothing of its upper half shines.
+    pub fn of(picture: &Image, turn: f64) -> Result<(Panorama, f64)> {
+        let fault = |what: String| Error::invalid(what);
         let (width, height) = picture.size;
         if width != 2 * height || picture.window.area() != width as usize * height as usize {
             return Err(fault(format!(
@@ -100,7 +110,7 @@ impl Panorama {
                 "its brightest pixels are too bright beside its upper half".to_owned(),
             ));
         }
-        Ok(Panorama { colors, ..made })
+        Ok((Panorama { colors, ..made }, open))
     }
 
     fn rows(&self) -> usize {
@@ -210,7 +220,32 @@ impl Light for Panorama {
     }
 
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
-        // As bright pixels as often as they are bright.
+        // Half of all as the cosine has them, for what is even; half as often as pixels are bright, for suns. What
+        // a direction stands for is what both together give it.
+        let Tables { rows, .. } = self.tables();
+        let (direction, color) = if choice.x < 0.5 {
+            let direction = cosine_spread(at.normal, DVec2::new(choice.x * 2.0, choice.y));
+            (direction, self.pixel(direction))
+        } else {
+            self.bright(DVec2::new(choice.x * 2.0 - 1.0, choice.y))
+        };
+        let cosine = at.normal.dot(direction).max(0.0);
+        let density = 0.5 * cosine / PI + 0.5 * grey(color) / rows[rows.len() - 1];
+        let lux = if density > 0.0 { cosine / density } else { 0.0 };
+        Sample { toward: Toward::Direction(direction), irradiance: color * lux as f32 }
+    }
+}
+
+impl Panorama {
+    /// The colour of the pixel that lies in a direction.
+    fn pixel(&self, direction: DVec3) -> Color {
+        let (x, y) = self.place(direction);
+        let (x, y) = (x as usize % self.width as usize, (y as usize).min(self.rows() - 1));
+        self.colors[y * self.width as usize + x]
+    }
+
+    /// A direction, bright pixels as often as they are bright, and the pixel's colour.
+    fn bright(&self, choice: DVec2) -> (DVec3, Color) {
         let Tables { rows, columns, .. } = self.tables();
         let width = self.width as usize;
         let all = rows[rows.len() - 1];
@@ -225,12 +260,7 @@ impl Light for Panorama {
         };
         let u = within(of_row, x, wanted);
         let v = within(rows, y, choice.y * all);
-        let direction = self.direction(x as f64 + u, y as f64 + v);
-        let color = self.colors[y * width + x];
-        // Its share of the light is its light over all: their quotient is the same for all pixels.
-        let cosine = at.normal.dot(direction).max(0.0);
-        let lux = if grey(color) > 0.0 { cosine * all / grey(color) } else { 0.0 };
-        Sample { toward: Toward::Direction(direction), irradiance: color * lux as f32 }
+        (self.direction(x as f64 + u, y as f64 + v), self.colors[y * width + x])
     }
 }
 

@@ -256,14 +256,19 @@ impl Light for Sky {
     }
 
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
-        // Directions as the cosine has them: each stands for as much of the light that a grey sky gives.
-        let round = choice.x * TAU;
-        let (across, up) = (choice.y.sqrt(), (1.0 - choice.y).sqrt());
-        let (u, v) = at.normal.any_orthonormal_pair();
-        let direction = (u * math::cos(round) + v * math::sin(round)) * across + at.normal * up;
+        let direction = cosine_spread(at.normal, choice);
+        // As often as each gives of the light of a grey sky.
         let lux = Sky::luminance(self, direction) * PI;
         Sample { toward: Toward::Direction(direction), irradiance: Color::grey(lux as f32) }
     }
+}
+
+/// A direction before a plane, as often as its cosine with the normal, chosen by two numbers in [0, 1).
+pub(super) fn cosine_spread(normal: DVec3, choice: DVec2) -> DVec3 {
+    let round = choice.x * TAU;
+    let (across, up) = (choice.y.sqrt(), (1.0 - choice.y).sqrt());
+    let (u, v) = normal.any_orthonormal_pair();
+    (u * math::cos(round) + v * math::sin(round)) * across + normal * up
 }
 
 /// Light that is everywhere: of two uniform half-spaces, with nothing in the way.

@@ -62,8 +62,7 @@ impl ListedLight for list::PolyhedralLight {
 
 impl ListedLight for list::SkyLight {
     const KIND: &'static str = "SkyLight";
-    const ALIASES: &'static [&'static str] =
-        &["DomeLight", "Skydome", "EnvironmentLight", "HemisphereLight"];
+    const ALIASES: &'static [&'static str] = &["DomeLight", "Skydome", "HemisphereLight"];
 }
 
 impl ListedLight for list::AmbientLight {

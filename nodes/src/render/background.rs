@@ -85,6 +85,16 @@ impl Node for Background {
         if !self.turn.is_finite() {
             return Err(FieldError::new("turn", "must be finite"));
         }
+        if self.turn != 0.0 && self.by != By::Direction {
+            let what = "turns a panorama: say `by: Direction` of a picture that is one";
+            return Err(FieldError::new("turn", what));
+        }
+        if self.by != By::Fill && self.picture.is_none() {
+            return Err(FieldError::new("by", "says how a `picture` lies: there is none"));
+        }
+        if self.white.to_bits() != 1f32.to_bits() && self.sky.is_none() {
+            return Err(FieldError::new("white", "is the exposure of a `sky`: there is none"));
+        }
         if self.distance.is_some_and(|distance| !(1e-6..=1e12).contains(&distance.abs())) {
             let what = "must be 0.000001 to 10^12 metres; below 0 for parallel cameras only";
             return Err(FieldError::new("distance", what));

@@ -1,0 +1,54 @@
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
+use spandrel_engine::backdrop;
+use spandrel_engine::graph::node::FieldError;
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::image::Image;
+use spandrel_engine::raster::Raster;
+use spandrel_engine::resolve::Rule;
+use spandrel_engine::span::SpanImage;
+use spandrel_engine::values::{Lines, Picture};
+
+/// What stands behind everything, seen in all directions: the first `Background` of an image of spans with all that
+/// programs drew on it, as a panorama twice as wide as high. Its middle lies towards -z, its top is the zenith.
+/// `PanoramaLight` lights with it; `Background(by: Direction)` shows it.
+#[derive(Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Panorama {
+    /// The spans.
+    pub image: Link<SpanImage>,
+    /// Rows of the panorama.
+    #[schemars(range(min = 8, max = 8192))]
+    pub rows: u32,
+}
+
+impl Default for Panorama {
+    fn default() -> Panorama {
+        Panorama { image: Link::default(), rows: 256 }
+    }
+}
+
+impl Node for Panorama {
+    type Output = Image;
+    const KIND: &'static str = "Panorama";
+    const GROUP: &'static str = "image";
+    const ALIASES: &'static [&'static str] =
+        &["LatLong", "Equirectangular", "EnvironmentMap", "SphericalCamera"];
+
+    fn check(&self) -> std::result::Result<(), FieldError> {
+        Ok(())
+    }
+
+    fn demand(&self, _: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+        // What stands behind has no lines of its own: the fewest will do.
+        let (raster, plan) = (Raster::new(2, 1)?, Rule::Sloped(1).plan()?);
+        upstream.ask(&self.image, Lines { raster, plan, rows: 0..1 });
+        Ok(())
+    }
+
+    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+        let image = inputs.get(&self.image);
+        Ok(wanted.part(backdrop::panorama(&image, self.rows)?))
+    }
+}
