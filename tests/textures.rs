@@ -11,7 +11,7 @@ use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
-use spandrel_engine::scene::{AlphaMode, Map, Material, Picture, Scene};
+use spandrel_engine::scene::{AlphaMode, Map, Material, Picture, Scene, read};
 use spandrel_engine::shade::{Illuminate, Shadows, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture::{
@@ -587,6 +587,86 @@ fn pictures_of_every_kind_are_read_or_refused_by_name() {
     }
 }
 
+/// A glTF file of one square on the ground from -1 to 1, unlit, whose texture coordinates 1 run over it from its upper
+/// left corner, seen from above; those of set 0 are all alike.
+fn gltf_square(name: &str, picture: &str, info: &str) -> PathBuf {
+    let mut bytes: Vec<u8> = Vec::new();
+    let corners = [(-1f32, -1f32), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
+    for (x, z) in corners {
+        [x, 0.0, z].iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+    }
+    bytes.extend([0u8; 32]);
+    for (x, z) in corners {
+        [(x + 1.0) / 2.0, (z + 1.0) / 2.0].iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+    }
+    [0u16, 1, 2, 0, 2, 3].iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+    std::fs::write(scratch(&format!("{name}.bin")), &bytes).unwrap();
+    let accessor = |view: u32, kind: &str, component: u32, count: u32| {
+        format!(
+            r#"{{"bufferView":{view},"componentType":{component},"count":{count},"type":"{kind}"{}}}"#,
+            if view == 0 { r#","min":[-1,0,-1],"max":[1,0,1]"# } else { "" }
+        )
+    };
+    let views = [(0, 48), (48, 32), (80, 32), (112, 12)];
+    let views = views
+        .map(|(at, length)| format!(r#"{{"buffer":0,"byteOffset":{at},"byteLength":{length}}}"#));
+    let text = format!(
+        r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["KHR_materials_unlit","KHR_texture_transform"],
+        "extensionsRequired":["KHR_texture_transform"],"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2}},"indices":3,"material":0}}]}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{info}}},"extensions":{{"KHR_materials_unlit":{{}}}}}}],
+        "textures":[{{"source":0}}],"images":[{{"uri":"{picture}"}}],
+        "accessors":[{},{},{},{}],"bufferViews":[{}],"buffers":[{{"uri":"{name}.bin","byteLength":124}}]}}"#,
+        accessor(0, "VEC3", 5126, 4),
+        accessor(1, "VEC2", 5126, 4),
+        accessor(2, "VEC2", 5126, 4),
+        accessor(3, "SCALAR", 5123, 6),
+        views.join(",")
+    );
+    let path = scratch(&format!("{name}.gltf"));
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn textures_of_gltf_lie_by_their_set_and_their_transform() {
+    // Red to the right, green downwards, as glTF measures.
+    let size = 64u32;
+    let of = |i: u32| (i as f32 + 0.5) / size as f32;
+    painted("ramp.png", size, size, |x, y| [of(x), of(y), 0.0, 1.0]);
+    let view = above(2.0, 16);
+    let cases: [(&str, [f64; 2], f64, [f64; 2]); 4] = [
+        ("plain", [0.0, 0.0], 0.0, [1.0, 1.0]),
+        ("moved", [0.25, 0.125], 0.0, [0.5, 0.75]),
+        ("turned", [0.3, 0.45], 0.6, [0.4, 0.4]),
+        ("right", [0.1, 0.9], std::f64::consts::FRAC_PI_2, [0.5, 0.7]),
+    ];
+    for (name, offset, rotation, scale) in cases {
+        let info = format!(
+            r#"{{"index":0,"extensions":{{"KHR_texture_transform":{{"offset":{offset:?},"rotation":{rotation:?},"scale":{scale:?},"texCoord":1}}}}}}"#
+        );
+        let path = gltf_square(name, "ramp.png", &info);
+        let loaded = read::scene(&path, None, name, &read::ReadOptions::default()).unwrap();
+        let [r, g, _] = colors(&spans(Arc::new(loaded), &view), Filter::default());
+        for (x, y) in [(2usize, 3usize), (8, 8), (13, 5), (4, 12)] {
+            let (u, w) = ((x as f64 + 0.5) / 16.0, (y as f64 + 0.5) / 16.0);
+            let (sin, cos) = rotation.sin_cos();
+            let (a, b) = (scale[0] * u, scale[1] * w);
+            let expected = [cos * a + sin * b + offset[0], cos * b - sin * a + offset[1]];
+            let seen = [r[y * 16 + x], g[y * 16 + x]].map(f64::from);
+            for k in 0..2 {
+                let expected = expected[k].rem_euclid(1.0);
+                assert!((seen[k] - expected).abs() < 0.01, "{name} {x} {y}: {seen:?} {expected}");
+            }
+        }
+    }
+    // What skews is told, and shown without.
+    let info = r#"{"index":0,"extensions":{"KHR_texture_transform":{"rotation":0.5,"scale":[1,3],"texCoord":1}}}"#;
+    let path = gltf_square("skew", "ramp.png", info);
+    let notes = read::scene(&path, None, "skew", &read::ReadOptions::default()).unwrap().notes;
+    assert!(notes.iter().any(|note| note.contains("skews")), "{notes:?}");
+}
+
 #[test]
 fn real_models_show_their_pictures() {
     let Some(folder) = data::find("models/kaykit_city") else { return };
@@ -594,8 +674,7 @@ fn real_models_show_their_pictures() {
     for name in ["building_A", "building_D", "car_taxi", "bush"] {
         let both = ["gltf", "obj"].map(|format| {
             let path = folder.join(format).join(format!("{name}.{format}"));
-            let options = spandrel_engine::scene::read::ReadOptions::default();
-            let scene = spandrel_engine::scene::read::scene(&path, None, name, &options).unwrap();
+            let scene = read::scene(&path, None, name, &read::ReadOptions::default()).unwrap();
             let camera = Camera {
                 position: v(3.0, 2.5, 4.0),
                 look_at: v(0.0, 0.5, 0.0),

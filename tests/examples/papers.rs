@@ -1,7 +1,7 @@
 //! The papers' figures at their own size, with as many faces and lines, and how long they took then and now: each by a
 //! process that has computed nothing yet, from the files on.
 //!
-//! `cargo run --release --workspace --example papers`
+//! `cargo run --release -p spandrel-tests --example papers`
 
 use spandrel_tests::papers::{FIGURES, faces};
 

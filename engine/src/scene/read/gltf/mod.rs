@@ -25,7 +25,7 @@ use crate::texture::Mapping;
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let (file, blob) = parse::parse(reader, bytes)?;
     let buffers = Buffers::new(&file, blob);
-    let mut builder = Builder { reader, buffers, material_names: Vec::new() };
+    let mut builder = Builder { reader, buffers, material_names: Vec::new(), uv_sets: Vec::new() };
     let mut document = Document::default();
     let mut names = Names::default();
     for material in file.materials() {
@@ -94,6 +94,8 @@ struct Builder<'a> {
     reader: &'a mut Reader,
     buffers: Buffers,
     material_names: Vec<String>,
+    /// By material, the texture coordinates that its pictures lie by.
+    uv_sets: Vec<u32>,
 }
 
 impl Builder<'_> {
@@ -101,16 +103,29 @@ impl Builder<'_> {
         let pbr = material.pbr_metallic_roughness();
         let [r, g, b, alpha] = pbr.base_color_factor();
         let mut maps = std::collections::BTreeMap::new();
-        let mut map = |what: &str, texture: ::gltf::Texture<'_>, uv_set: u32, strength: f32| {
+        let mut uv_set: Option<u32> = None;
+        let mut map = |what: &str,
+                       texture: usize,
+                       of_uv: u32,
+                       others: Option<&serde_json::Map<String, serde_json::Value>>,
+                       strength: f32| {
             // The format allows textures without a picture.
-            if !parse::has_picture(file, texture.index()) {
+            if !parse::has_picture(file, texture) {
                 return;
             }
-            if uv_set != 0 {
+            let wrap = parse::wrap(file, texture);
+            let (mapping, of_uv) = parse::placing(others, of_uv, wrap).unwrap_or_else(|what| {
+                self.reader.note(what);
+                (Mapping { wrap, ..Mapping::default() }, of_uv)
+            });
+            let taken = *uv_set.get_or_insert(of_uv);
+            if of_uv != taken {
                 self.reader.note(format!(
-                    "the {what} of a material lies by texture coordinates {uv_set}: it is taken by 0"
+                    "the {what} of a material lies by texture coordinates {of_uv}: it is taken by {taken}, as its \
+                     other pictures are"
                 ));
             }
+            let Some(texture) = file.textures().nth(texture) else { return };
             let picture = match texture.source().source() {
                 ::gltf::image::Source::Uri { uri, .. } if !uri.starts_with("data:") => {
                     Picture::File(buffers::decoded(uri))
@@ -121,25 +136,32 @@ impl Builder<'_> {
                     Picture::Embedded(name.to_string_lossy().into_owned(), index)
                 }
             };
-            let wrap = parse::wrap(file, texture.index());
-            let mapping = Mapping { wrap, ..Mapping::default() };
             maps.insert(what.to_owned(), Map { picture, strength, mapping });
         };
-        if let Some(info) = pbr.base_color_texture() {
-            map("color", info.texture(), info.tex_coord(), 1.0);
+        let json = material.index().and_then(|index| file.as_json().materials.get(index));
+        if let Some(json) = json {
+            let pbr = &json.pbr_metallic_roughness;
+            let infos = [
+                ("color", &pbr.base_color_texture),
+                ("metallic_roughness", &pbr.metallic_roughness_texture),
+                ("emission", &json.emissive_texture),
+            ];
+            for (what, info) in infos {
+                if let Some(info) = info {
+                    let others = info.extensions.as_ref().map(|known| &known.others);
+                    map(what, info.index.value(), info.tex_coord, others, 1.0);
+                }
+            }
+            if let Some(info) = &json.normal_texture {
+                let others = info.extensions.as_ref().map(|known| &known.others);
+                map("normal", info.index.value(), info.tex_coord, others, info.scale);
+            }
+            if let Some(info) = &json.occlusion_texture {
+                let others = info.extensions.as_ref().map(|known| &known.others);
+                map("occlusion", info.index.value(), info.tex_coord, others, info.strength.0);
+            }
         }
-        if let Some(info) = pbr.metallic_roughness_texture() {
-            map("metallic_roughness", info.texture(), info.tex_coord(), 1.0);
-        }
-        if let Some(info) = material.normal_texture() {
-            map("normal", info.texture(), info.tex_coord(), info.scale());
-        }
-        if let Some(info) = material.emissive_texture() {
-            map("emission", info.texture(), info.tex_coord(), 1.0);
-        }
-        if let Some(info) = material.occlusion_texture() {
-            map("occlusion", info.texture(), info.tex_coord(), info.strength());
-        }
+        self.uv_sets.push(uv_set.unwrap_or(0));
         let [glow_r, glow_g, glow_b] = material.emissive_factor();
         Material {
             color: Color::new(r, g, b),
@@ -194,6 +216,7 @@ impl Builder<'_> {
             return Ok(Mesh::default());
         }
         let mut mesh = Mesh::default();
+        let uv_set = primitive.material().index().map_or(0, |index| self.uv_sets[index]);
         // The number of points, and whether there is data for them: without, they are zeros.
         let mut positions = None;
         for (semantic, accessor) in primitive.attributes() {
@@ -208,7 +231,7 @@ impl Builder<'_> {
                 Semantic::Normals => {
                     self.buffers.check(self.reader, &accessor, &[Dimensions::Vec3], &float)?
                 }
-                Semantic::TexCoords(0) => {
+                Semantic::TexCoords(set) if set == uv_set => {
                     self.buffers.check(self.reader, &accessor, &[Dimensions::Vec2], &share)?
                 }
                 Semantic::Colors(0) => {
@@ -243,7 +266,7 @@ impl Builder<'_> {
         if let Some(normals) = data.read_normals() {
             mesh.normals = normals.map(|n| Vec3::from(n).normalize_or_zero()).collect();
         }
-        if let Some(uvs) = data.read_tex_coords(0) {
+        if let Some(uvs) = data.read_tex_coords(uv_set) {
             // glTF measures v downwards.
             mesh.uvs = uvs.into_f32().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect();
         }

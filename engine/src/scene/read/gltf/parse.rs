@@ -5,14 +5,17 @@ use ::gltf::json::Root;
 use ::gltf::json::accessor::{Accessor, ComponentType};
 use ::gltf::json::texture::WrappingMode;
 use ::gltf::json::validation::{Checked, Error as Invalid, Validate};
-use serde_json::Value;
+use glam::DVec2;
+use serde::Deserialize;
+use serde_json::{Map, Value};
 
 use super::super::Reader;
 use crate::error::{Error, Result};
-use crate::texture::Wrap;
+use crate::math;
+use crate::texture::{Mapping, Wrap};
 
 /// Extensions that a file may require.
-const EXTENSIONS: [&str; 1] = ["KHR_materials_unlit"];
+const EXTENSIONS: [&str; 2] = ["KHR_materials_unlit", "KHR_texture_transform"];
 
 /// Parses and checks a file; returns its document and its own chunk of data.
 pub(super) fn parse(reader: &Reader, bytes: &[u8]) -> Result<(::gltf::Document, Option<Vec<u8>>)> {
@@ -35,7 +38,9 @@ pub(super) fn parse(reader: &Reader, bytes: &[u8]) -> Result<(::gltf::Document, 
         // primitives without positions; skins and samplers are not used.
         let may_miss = [".bufferView", ".source", "attributes[\"POSITION\"]"];
         let is_unused = path.ends_with(".skin") || path.ends_with(".sampler");
+        // Which are known was looked at above.
         let allowed = is_unused
+            || path.starts_with("extensionsRequired")
             || fault == Invalid::Missing && may_miss.iter().any(|end| path.ends_with(end));
         if !allowed {
             faults.push(format!("{path}: {fault}"));
@@ -183,4 +188,58 @@ pub(super) fn wrap(file: &::gltf::Document, texture: usize) -> [Wrap; 2] {
         Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
         Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
     })
+}
+
+/// How a texture lies, as the extension KHR_texture_transform says.
+#[derive(Deserialize)]
+#[serde(default, rename_all = "camelCase")]
+struct Placed {
+    offset: [f64; 2],
+    rotation: f64,
+    scale: [f64; 2],
+    tex_coord: Option<u32>,
+}
+
+impl Default for Placed {
+    fn default() -> Placed {
+        Placed { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2], tex_coord: None }
+    }
+}
+
+/// How a texture lies: by which texture coordinates, and what is done to these.
+///
+/// # Errors
+/// What is wrong with it.
+pub(super) fn placing(
+    others: Option<&Map<String, Value>>,
+    uv_set: u32,
+    wrap: [Wrap; 2],
+) -> std::result::Result<(Mapping, u32), String> {
+    let plain = Mapping { wrap, ..Mapping::default() };
+    let Some(value) = others.and_then(|others| others.get("KHR_texture_transform")) else {
+        return Ok((plain, uv_set));
+    };
+    let placed: Placed = serde_json::from_value(value.clone())
+        .map_err(|error| format!("KHR_texture_transform: {error}"))?;
+    let Placed { offset: [left, up], rotation, scale: [x, y], tex_coord } = placed;
+    let uv_set = tex_coord.unwrap_or(uv_set);
+    // There v goes down, and is stretched before it is turned; here v goes up, and is stretched afterwards. The two
+    // can be exchanged where nothing is skewed.
+    let (sin, cos) = (math::sin(rotation), math::cos(rotation));
+    let is_even = (x - y).abs() <= 1e-6 * x.abs().max(y.abs());
+    let scale = match (cos.abs() > 1.0 - 1e-9, sin.abs() > 1.0 - 1e-9) {
+        (false, true) => DVec2::new(y, x),
+        (is_straight, _) if is_straight || is_even => DVec2::new(x, y),
+        _ => {
+            return Err(
+                "KHR_texture_transform: it is turned and stretched unevenly, which skews it: give its vertices \
+                 the coordinates instead"
+                    .to_owned(),
+            );
+        }
+    };
+    let offset = DVec2::new(left + sin * y, 1.0 - cos * y - up);
+    let mapping = Mapping { turn: -rotation.to_degrees(), scale, offset, ..plain };
+    mapping.check().map_err(|error| format!("KHR_texture_transform: {error}"))?;
+    Ok((mapping, uv_set))
 }
