@@ -485,3 +485,126 @@ fn keys_polygons_and_plates_are_checked_and_do_as_they_say() {
         assert!(key.check().is_err(), "{key:?}");
     }
 }
+
+#[test]
+fn pixels_beside_the_display_are_left_out_and_layers_lie_where_they_say() {
+    use exr::prelude::{
+        AnyChannel, AnyChannels, FlatSamples, Layer, LayerAttributes, Vec2, WritableImage,
+    };
+    let folder = std::env::temp_dir().join(format!("spandrel-overscan-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join("overscan.exr");
+    // A pixel says where it is: x + 100 y, of the display.
+    let layer =
+        |name: &str, channel: &str, (left, top): (i32, i32), (width, height): (usize, usize)| {
+            let at = |i: usize| {
+                (left + (i % width) as i32) as f32 + 100.0 * (top + (i / width) as i32) as f32
+            };
+            let samples = FlatSamples::F32((0..width * height).map(at).collect());
+            let channels =
+                AnyChannels::sort([AnyChannel::new(channel, samples)].into_iter().collect());
+            let attributes = LayerAttributes::named(name).with_position(Vec2(left, top));
+            Layer::new((width, height), attributes, exr::prelude::Encoding::FAST_LOSSLESS, channels)
+        };
+    let write = |layers: Vec<Layer<AnyChannels<FlatSamples>>>| {
+        let display = exr::prelude::IntegerBounds::new((0, 0), (6, 4));
+        let layers = layers.into_iter().collect();
+        let image = exr::image::Image {
+            attributes: exr::prelude::ImageAttributes::new(display),
+            layer_data: layers,
+        };
+        let image: exr::image::Image<exr::prelude::SmallVec<[Layer<AnyChannels<FlatSamples>>; 2]>> =
+            image;
+        image.write().to_file(&path).unwrap();
+        file::read(&path)
+    };
+    let picture =
+        write(vec![layer("wide", "R", (-3, -2), (12, 8)), layer("small", "G", (4, 1), (5, 2))])
+            .unwrap();
+    assert_eq!((picture.size, picture.window), ((6, 4), Window::whole(6, 4)));
+    let (wide, small) = (picture.float("wide.R").unwrap(), picture.float("small.G").unwrap());
+    for y in 0..4usize {
+        for x in 0..6usize {
+            let says = x as f32 + 100.0 * y as f32;
+            assert_eq!(wide[y * 6 + x], says, "{x} {y}");
+            let is_in = (4..9).contains(&x) && (1..3).contains(&y);
+            assert_eq!(small[y * 6 + x], if is_in { says } else { 0.0 }, "{x} {y}");
+        }
+    }
+    let error = write(vec![layer("far", "R", (-9, -9), (3, 3))]).unwrap_err();
+    assert!(error.to_string().contains("outside of its display window"), "{error}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn real_panoramas_stand_behind_scenes_with_all_their_light() {
+    // What six views see, each pixel by its solid angle, is what the panorama holds, each row by its own.
+    for name in ["hdri/aristea_wreck_puresky_1k.hdr", "hdri/modern_buildings_2_1k.hdr"] {
+        let Some(path) = data::find(name) else { return };
+        let panorama = Arc::new(file::read(&path).unwrap());
+        let (width, height) = (panorama.size.0 as usize, panorama.size.1 as usize);
+        let light = |channel: &str| {
+            let values = panorama.float(channel).unwrap();
+            let row = |y: usize| {
+                let edge = |y: usize| (std::f64::consts::PI * y as f64 / height as f64).cos();
+                let solid = (edge(y) - edge(y + 1)) * std::f64::consts::TAU / width as f64;
+                values[y * width..][..width].iter().map(|v| f64::from(*v)).sum::<f64>() * solid
+            };
+            (0..height).map(row).sum::<f64>()
+        };
+        let size = 256u32;
+        let mut seen = [0.0f64; 3];
+        for (look_at, up) in [
+            (v(1.0, 0.0, 0.0), DVec3::Y),
+            (v(-1.0, 0.0, 0.0), DVec3::Y),
+            (v(0.0, 0.0, 1.0), DVec3::Y),
+            (v(0.0, 0.0, -1.0), DVec3::Y),
+            (DVec3::Y, DVec3::Z),
+            (DVec3::NEG_Y, DVec3::Z),
+        ] {
+            let camera = Camera {
+                position: DVec3::ZERO,
+                look_at,
+                up,
+                field_of_view: 90.0,
+                ..Camera::default()
+            };
+            let view = View::new(&camera, Raster::new(size, size).unwrap()).unwrap();
+            let rule = Rule::Sloped(1);
+            let photograph = Photograph::new(&panorama, By::Direction, 0.0).unwrap();
+            let image = shown(&background(&view, rule, Show::Picture(photograph), None), rule);
+            for (at, pixel) in image.pixels().enumerate() {
+                let place = |i: u32| (f64::from(i) + 0.5) / f64::from(size) * 2.0 - 1.0;
+                let (x, y) = (place(at as u32 % size), place(at as u32 / size));
+                let solid = (2.0 / f64::from(size)).powi(2) / (1.0 + x * x + y * y).powf(1.5);
+                (0..3).for_each(|k| seen[k] += f64::from(pixel[k]) * solid);
+            }
+        }
+        for (k, channel) in ["R", "G", "B"].into_iter().enumerate() {
+            let all = light(channel);
+            println!("{name} {channel}: {:.4} of {all:.4}", seen[k]);
+            assert!((seen[k] / all - 1.0).abs() < 0.02, "{name} {channel}: {} {all}", seen[k]);
+        }
+    }
+}
+
+#[test]
+fn real_plates_of_many_layers_keep_them() {
+    for (name, channels) in [
+        ("exr/psyop_cornellBox.0001.exr", 50),
+        ("exr/gaffer_channelTestPartPerLayer.exr", 1),
+        ("exr/gaffer_imitateProductionLayers2.exr", 1),
+    ] {
+        let Some(path) = data::find(name) else { return };
+        let picture = file::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let expected = exr::prelude::read_all_flat_layers_from_file(&path).unwrap();
+        let count: usize =
+            expected.layer_data.iter().map(|layer| layer.channel_data.list.len()).sum();
+        assert!(count >= channels, "{name}: {count}");
+        assert_eq!(picture.channels().count(), count, "{name}");
+    }
+    // A plate of luminance and chroma, of which some channels have fewer samples, is told.
+    let Some(path) = data::find("photos/CrissyField.exr") else { return };
+    let error = file::read(&path).unwrap_err().to_string();
+    assert!(error.contains("CrissyField.exr"), "{error}");
+}

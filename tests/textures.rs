@@ -558,6 +558,13 @@ fn pictures_of_every_kind_are_read_or_refused_by_name() {
     let sound = std::fs::read(painted("sound.png", 9, 9, |x, _| [x as f32 / 9.0; 4])).unwrap();
     assert!(error(&write("cut.png", &sound[..sound.len() / 2])).contains("not a sound PNG"));
     assert!(error(&write("cut.jpg", b"\xff\xd8\xff\xe0\0\x10JFIF")).contains("not a sound JPEG"));
+    // A photograph that breaks off in its middle, as a picture on a surface and as one of a graph.
+    let photo =
+        std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../graphs/assets/photos/oak.jpg"))
+            .unwrap();
+    let broken = write("broken.jpg", &photo[..photo.len() * 3 / 5]);
+    assert!(error(&broken).contains("breaks off"));
+    assert!(file::read(broken.as_ref()).unwrap_err().to_string().contains("breaks off"));
     // A header that announces four thousand million pixels.
     let mut huge = sound.clone();
     huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
@@ -570,6 +577,31 @@ fn pictures_of_every_kind_are_read_or_refused_by_name() {
     for (name, wanted) in [("R", 0.25), ("G", 0.5), ("B", 0.75)] {
         let seen = picture.float(name).unwrap()[5];
         assert!((seen - wanted).abs() < 1e-4, "{name}: {seen}");
+    }
+    // A palette, greys of 1 and 16 bits, and colours of 16 bits are the colours that they stand for.
+    use image::codecs::png::PngEncoder;
+    use image::{ExtendedColorType as Kind, ImageEncoder};
+    let png = |name: &str, bytes: &[u8], kind: Kind| {
+        let mut out = Vec::new();
+        PngEncoder::new(&mut out).write_image(bytes, 2, 2, kind).unwrap();
+        write(name, &out)
+    };
+    let linear = |v: f64| ((v + 0.055) / 1.055).powf(2.4) as f32;
+    let half = linear(128.0 / 255.0);
+    let wide = 32_896u16.to_ne_bytes();
+    let colours: Vec<u8> = [wide, [0, 0], wide].concat().repeat(4);
+    let cases = [
+        (png("grey.png", &[128; 4], Kind::L8), [half; 3]),
+        (png("grey16.png", &wide.repeat(4), Kind::L16), [half; 3]),
+        (png("colours16.png", &colours, Kind::Rgb16), [half, 0.0, half]),
+        (write("palette.png", &palette(&[[128, 0, 128]], &[0; 4])), [half, 0.0, half]),
+    ];
+    for (path, wanted) in cases {
+        let picture = show(&path).unwrap();
+        for (name, wanted) in ["R", "G", "B"].into_iter().zip(wanted) {
+            let seen = picture.float(name).unwrap()[5];
+            assert!((seen - wanted).abs() < 1e-3, "{path} {name}: {seen} {wanted}");
+        }
     }
     // Names and numbers that no map has.
     let wrong = [
@@ -585,6 +617,25 @@ fn pictures_of_every_kind_are_read_or_refused_by_name() {
         let error = painted_faces(&[(floor(1.0), material)]).err().unwrap();
         assert!(error.contains(cure) && error.contains(name), "{error}");
     }
+}
+
+/// The bytes of a PNG of 2 by 2 pixels with a palette.
+fn palette(colors: &[[u8; 3]], indices: &[u8; 4]) -> Vec<u8> {
+    let mut out = b"\x89PNG\r\n\x1a\n".to_vec();
+    let mut chunk = |kind: &[u8], data: &[u8]| {
+        out.extend((data.len() as u32).to_be_bytes());
+        let body = [kind, data].concat();
+        out.extend(&body);
+        out.extend(crc32fast::hash(&body).to_be_bytes());
+    };
+    chunk(b"IHDR", &[0, 0, 0, 2, 0, 0, 0, 2, 8, 3, 0, 0, 0]);
+    chunk(b"PLTE", &colors.concat());
+    let rows = [0, indices[0], indices[1], 0, indices[2], indices[3]];
+    let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packed, &rows).unwrap();
+    chunk(b"IDAT", &packed.finish().unwrap());
+    chunk(b"IEND", &[]);
+    out
 }
 
 /// A glTF file of one square on the ground from -1 to 1, unlit, whose texture coordinates 1 run over it from its upper
@@ -697,4 +748,57 @@ fn real_models_show_their_pictures() {
         seen += 1;
     }
     assert_eq!(seen, 4);
+}
+
+#[test]
+fn real_buildings_show_photographs_of_their_facades() {
+    // Buildings of Rotterdam, with their own.
+    if let Some(path) = data::find("city/twobuildings/twobuildings_t.json") {
+        let shown = |pictures: bool| {
+            let options =
+                read::ReadOptions { pictures: Some(pictures), ..read::ReadOptions::default() };
+            let scene = read::scene(&path, None, "rotterdam", &options);
+            let mut scene = scene.unwrap_or_else(|error| panic!("{error}"));
+            scene.materials.iter_mut().for_each(|material| material.unlit = true);
+            let points = scene.instances.iter().flat_map(|one| {
+                let points = one.geometry.mesh().points.iter();
+                points.map(|p| one.world_from_object.transform_point3(*p))
+            });
+            let ends = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            let (low, high) = points.fold(ends, |(low, high), p| (low.min(p), high.max(p)));
+            let middle = (low + high) / 2.0;
+            let camera = Camera {
+                position: middle + v(0.5, 0.6, 0.9) * (high - low).length(),
+                look_at: middle,
+                ..Camera::default()
+            };
+            let maps = scene.materials.iter().flat_map(|material| material.maps.values());
+            let maps: BTreeSet<String> = maps.map(|map| format!("{:?}", map.picture)).collect();
+            let image = spans(Arc::new(scene), &view(&camera, 120, 120));
+            (maps.len(), colors(&image, Filter::default()))
+        };
+        let (maps, with) = shown(true);
+        let (none, without) = shown(false);
+        assert_eq!((maps, none), (14, 0));
+        let kinds = |c: &[Vec<f32>; 3]| {
+            let all = (0..c[0].len()).map(|at| [0, 1, 2].map(|k| (c[k][at] * 40.0) as u32));
+            all.collect::<BTreeSet<_>>().len()
+        };
+        assert!(kinds(&with) > 3 * kinds(&without), "{} and {}", kinds(&with), kinds(&without));
+    }
+    // Of Yokosuka only the photographs are in a format that is read: each on a wall keeps its mean.
+    let Some(folder) = data::find("city/52397519_bldg_6697_appearance") else { return };
+    let photographs = data::files(&folder, &[".jpg"]);
+    assert_eq!(photographs.len(), 3);
+    for path in photographs {
+        let material = mapped("color", map(&path.to_string_lossy(), Mapping::default()), unlit());
+        let image = spans(made(&[(floor(1.0), material)]), &above(2.0, 32));
+        let seen = colors(&image, Filter::Exact);
+        let picture = file::read(&path).unwrap();
+        for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
+            let (shown, held) = (mean(&seen[k]), mean(picture.float(name).unwrap()));
+            assert!((shown / held - 1.0).abs() < 0.01, "{}: {shown} {held}", path.display());
+        }
+    }
 }

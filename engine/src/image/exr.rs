@@ -15,6 +15,7 @@ use exr::prelude::{
 };
 use rayon::prelude::*;
 use std::io::{Cursor, Seek, Write};
+use std::ops::Range;
 use std::path::Path;
 
 use super::{Image, Samples, Window};
@@ -25,6 +26,9 @@ const NAMES: &str = "spandrel/names";
 
 /// Blocks of 16 rows that are packed at once.
 const BLOCKS: usize = 64;
+
+/// Pixels around the layers of a file, beyond which they must fill a quarter of it.
+const MOST_APART: usize = 1 << 26;
 
 /// Bytes that one byte of a deflated file can stand for, at most.
 const MOST_DEFLATED: u64 = 1032;
@@ -85,8 +89,8 @@ pub(super) fn write(
     .map_err(|e| Error::output(path, e))
 }
 
-/// Reads all channels of all flat layers; those of a named layer as `layer.channel`. What lies outside
-/// of the first layer's window is left out.
+/// Reads all channels of all flat layers; those of a named layer as `layer.channel`. What lies outside of the display
+/// window (overscan) is left out; where a layer has no pixels it is 0.
 pub(super) fn read(path: &Path) -> Result<Image> {
     let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
     let fault = |e: exr::error::Error| Error::in_file(path, format!("not a sound EXR file: {e}"));
@@ -112,29 +116,71 @@ pub(super) fn read(path: &Path) -> Result<Image> {
         .non_parallel()
         .from_buffered(Cursor::new(&bytes))
         .map_err(fault)?;
-    let Some(first) = image.layer_data.first() else {
+    if image.layer_data.is_empty() {
         return Err(Error::in_file(path, "an EXR without layers"));
-    };
+    }
     let display = image.attributes.display_window;
-    let corner = first.attributes.layer_position - display.position;
-    let (Ok(x), Ok(y)) = (u32::try_from(corner.0), u32::try_from(corner.1)) else {
-        return Err(Error::in_file(path, "its pixels begin outside of its display window"));
-    };
-    let (width, height) = (first.size.0 as u32, first.size.1 as u32);
     let size = (display.size.0 as u32, display.size.1 as u32);
-    let mut picture = Image::new(size, Window { x, y, width, height });
-    for layer in image.layer_data.iter().filter(|layer| layer.size == first.size) {
+    // Of each layer, what lies on the display: its corner there, and its corner and size of its own.
+    let shown = |layer: &Layer<AnyChannels<FlatSamples>>| {
+        let at = layer.attributes.layer_position - display.position;
+        let ends = |at: i32, length: usize, limit: u32| {
+            let end = (i64::from(at) + length as i64).clamp(0, i64::from(limit)) as u32;
+            (at.max(0) as u32).min(end)..end
+        };
+        (at, [ends(at.0, layer.size.0, size.0), ends(at.1, layer.size.1, size.1)])
+    };
+    let parts: Vec<_> = image.layer_data.iter().map(shown).collect();
+    let seen = parts.iter().filter(|(_, part)| part.iter().all(|side| !side.is_empty()));
+    let around = |a: &Range<u32>, b: &Range<u32>| a.start.min(b.start)..a.end.max(b.end);
+    let all = seen.map(|(_, part)| part.clone());
+    let Some([columns, rows]) = all.reduce(|a, b| [around(&a[0], &b[0]), around(&a[1], &b[1])])
+    else {
+        return Err(Error::in_file(path, "all its pixels lie outside of its display window"));
+    };
+    let window = Window {
+        x: columns.start,
+        y: rows.start,
+        width: columns.end - columns.start,
+        height: rows.end - rows.start,
+    };
+    let held: usize = image.layer_data.iter().map(|layer| layer.size.area()).sum();
+    if window.area() > MOST_APART.max(4 * held) {
+        return Err(Error::in_file(
+            path,
+            "its layers are small and lie far apart: read them one by one",
+        ));
+    }
+    let mut picture = Image::new(size, window);
+    for (layer, (at, part)) in image.layer_data.iter().zip(&parts) {
         for channel in &layer.channel_data.list {
             let name = match &layer.attributes.layer_name {
                 Some(layer) => format!("{layer}.{}", channel.name),
                 None => channel.name.to_string(),
             };
+            if channel.sample_data.len() != layer.size.area() {
+                let message =
+                    format!("channel {name} has fewer samples than pixels: write it in full");
+                return Err(Error::in_file(path, message));
+            }
+            // From the layer's own pixels to the window, by place; 0 beside them.
+            let place = |i: usize| {
+                let x = columns.start + (i as u32) % window.width;
+                let y = rows.start + (i as u32) / window.width;
+                let is_there = part[0].contains(&x) && part[1].contains(&y);
+                let own = |place: u32, at: i32| (i64::from(place) - i64::from(at)) as usize;
+                is_there.then(|| own(y, at.1) * layer.size.0 + own(x, at.0))
+            };
+            let places = (0..window.area()).map(place);
+            let floats = |of: &dyn Fn(usize) -> f32| {
+                Samples::Float(places.clone().map(|place| place.map_or(0.0, of)).collect())
+            };
             let samples = match &channel.sample_data {
-                FlatSamples::F16(values) => {
-                    Samples::Float(values.iter().map(|v| v.to_f32()).collect())
+                FlatSamples::F16(values) => floats(&|i| values[i].to_f32()),
+                FlatSamples::F32(values) => floats(&|i| values[i]),
+                FlatSamples::U32(values) => {
+                    Samples::Id(places.map(|place| place.map_or(0, |i| values[i])).collect())
                 }
-                FlatSamples::F32(values) => Samples::Float(values.clone()),
-                FlatSamples::U32(values) => Samples::Id(values.clone()),
             };
             picture.insert(&name, samples).map_err(|e| Error::in_file(path, e.to_string()))?;
         }

@@ -2,9 +2,10 @@
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, ImageFormat};
-use std::io::Write;
+use std::io::{Cursor, Write};
 use std::path::Path;
 
+use super::texels::check_end;
 use super::{Image, Samples, Window};
 use crate::color::{decode_srgb, encode_srgb};
 use crate::error::{Error, Result};
@@ -36,8 +37,9 @@ pub(super) fn read(path: &Path, format: ImageFormat) -> Result<Image> {
     let name = if format == ImageFormat::Png { "PNG" } else { "JPEG" };
     let fault =
         |e: image::ImageError| Error::in_file(path, format!("not a sound {name} file: {e}"));
-    let file = std::fs::File::open(path).map_err(|e| Error::file(path, e))?;
-    let mut reader = image::ImageReader::with_format(std::io::BufReader::new(file), format);
+    let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+    check_end(&bytes, format).map_err(|what| Error::in_file(path, what))?;
+    let mut reader = image::ImageReader::with_format(Cursor::new(&bytes), format);
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(16 << 30);
     reader.limits(limits);

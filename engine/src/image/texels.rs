@@ -86,6 +86,7 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Texels, String> {
         Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
         _ => return Err("not a picture that can be mapped: use .png, .jpg, .exr or .hdr".into()),
     };
+    check_end(bytes, format)?;
     let mut reader = image::ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(MOST_BYTES);
@@ -107,6 +108,22 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Texels, String> {
         Samples::Bytes(picture.into_rgba8().pixels().map(|pixel| pixel.0).collect())
     };
     Ok(Texels { size, samples })
+}
+
+/// Whether a JPEG goes on to its end: decoders make grey of what is missing.
+///
+/// # Errors
+/// If it does not.
+pub(super) fn check_end(bytes: &[u8], format: ImageFormat) -> std::result::Result<(), String> {
+    // In what is coded, no marker stands by chance; the end of a preview comes before the picture itself.
+    let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
+    match (format, last(0xda), last(0xd9)) {
+        (ImageFormat::Jpeg, Some(scan), end) if end.is_none_or(|end| end < scan) => Err(format!(
+            "not a sound JPEG file: it breaks off at byte {}, before its end: copy it again",
+            bytes.len()
+        )),
+        _ => Ok(()),
+    }
 }
 
 fn finite(path: &Path, texels: Texels) -> Result<Texels> {
