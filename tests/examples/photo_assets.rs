@@ -13,24 +13,25 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::{Color, encode_srgb};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Illuminate, Shadows};
 use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::random::Random;
-use spandrel_tests::tree::{Kind, grow, kinds};
+use spandrel_tests::tree::{grass, grow, kinds};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-fn photograph(kind: &Kind) {
-    let scene = grow(kind);
-    println!("{}: {} faces", kind.name, scene.face_count());
+fn photograph(scene: Arc<Scene>, height_of: f64, seed: u64) {
+    let name = scene.label.clone();
+    println!("{name}: {} faces", scene.face_count());
     let (width, height) = (768u32, 768u32);
     let points = scene.instances.iter().flat_map(|instance| &instance.geometry.mesh().points);
     let (low, high) = points
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
     let middle = (low + high) / 2.0;
-    let away = v(0.0, -kind.height * 0.25, kind.height * 6.0);
+    let away = v(0.0, -height_of * 0.25, height_of * 6.0);
     let size = (high - low).x.max((high - low).y) * 1.06;
     let camera = Camera {
         position: middle + away,
@@ -51,7 +52,7 @@ fn photograph(kind: &Kind) {
     let lit = spans.shaded(Arc::new(lights)).expect("light");
     let framing = Framing::scaled(view.raster(), DVec2::ONE).expect("a frame");
     let picture = resolve(&lit, rule, &framing, &BTreeSet::from([Channel::Color])).expect("pixels");
-    let mut random = Random::new(kind.seed + 1);
+    let mut random = Random::new(seed + 1);
     let mut bytes = Vec::new();
     for (at, pixel) in picture.pixels().enumerate() {
         let down = (at as u32 / width) as f32 / height as f32;
@@ -65,7 +66,7 @@ fn photograph(kind: &Kind) {
     }
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs/assets/photos");
     std::fs::create_dir_all(&folder).expect("a folder");
-    let path = folder.join(format!("{}.jpg", kind.name));
+    let path = folder.join(format!("{name}.jpg"));
     let mut file = std::fs::File::create(&path).expect("a file");
     let encoder = JpegEncoder::new_with_quality(&mut file, 88);
     let written = image::ImageEncoder::write_image(
@@ -79,5 +80,8 @@ fn photograph(kind: &Kind) {
 }
 
 fn main() {
-    kinds().iter().for_each(photograph);
+    for kind in &kinds() {
+        photograph(grow(kind), kind.height, kind.seed);
+    }
+    photograph(grass(), 1.0, 57);
 }

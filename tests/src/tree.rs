@@ -121,28 +121,59 @@ pub fn grow(kind: &Kind) -> Arc<Scene> {
     let mut tree = Tree { kind, mesh, random };
     // A trunk, and what grows from it, scaled to its height at the end.
     tree.branch(DVec3::ZERO, DVec3::Y, kind.trunk, 0.075, kind.levels);
-    let mut mesh = tree.mesh;
+    let [a, b, c] = kind.green;
+    scene(tree.mesh, kind.name, kind.height, [a, b, c, kind.bark])
+}
+
+/// A tuft of grass, a metre wide: blades that bend, some with ears.
+///
+/// # Panics
+/// Never: its faces are sound.
+pub fn grass() -> Arc<Scene> {
+    let mut mesh = Mesh::default();
+    let mut random = Random::new(31);
+    for _ in 0..1500 {
+        // Denser in the middle.
+        let place = |random: &mut Random| random.between(-0.5, 0.5) * random.between(0.5, 1.0);
+        let foot = v(place(&mut random), 0.0, 0.5 * place(&mut random));
+        let high = random.between(0.4, 1.0) * (0.62 - foot.x.abs() * 1.05);
+        let lean = v(random.between(-0.5, 0.5) + foot.x, 0.0, random.between(-0.4, 0.4)) * high;
+        let wide = v(random.between(0.6, 1.0), 0.0, random.between(-0.8, 0.8)) * 0.0055;
+        let at = |t: f64| foot + v(0.0, high * (1.0 - 0.3 * t * t), 0.0) * t + lean * (t * t);
+        let material = random.below(3);
+        for part in 0..4 {
+            let (t, u) = (f64::from(part) / 4.0, f64::from(part + 1) / 4.0);
+            let (low, top) = (wide * (1.0 - t * t), wide * (1.0 - u * u));
+            let points = [at(t) - low, at(t) + low, at(u) + top, at(u) - top];
+            for corners in [[0, 1, 2], [0, 2, 3]] {
+                let outline = corners.map(|k| mesh.add_point(points[k])).to_vec();
+                let sides = Sides { front: Some(material), ..Sides::default() };
+                mesh.add_face(Face { outline, sides, ..Face::default() }).expect("three corners");
+            }
+        }
+    }
+    let colors = [[0.17, 0.26, 0.06], [0.24, 0.31, 0.09], [0.36, 0.34, 0.15], [0.2, 0.2, 0.1]];
+    scene(mesh, "grass", 0.5, colors.map(|[r, g, b]| Color::new(r, g, b)))
+}
+
+/// A scene of leaves of three colours and bark, so high.
+fn scene(mut mesh: Mesh, name: &str, height: f64, colors: [Color; 4]) -> Arc<Scene> {
     let top = mesh.points.iter().map(|p| p.y).fold(0.0, f64::max);
-    mesh.points.iter_mut().for_each(|p| *p *= kind.height / top);
+    mesh.points.iter_mut().for_each(|p| *p *= height / top);
     mesh.materials = ["leaf 0", "leaf 1", "leaf 2", "bark"].map(String::from).to_vec();
     let mut document = Document::with_plan(Plan {
         root: Object::new("tree", Shape::Faces(mesh)),
         ..Plan::default()
     });
-    for (name, color) in [
-        ("leaf 0", kind.green[0]),
-        ("leaf 1", kind.green[1]),
-        ("leaf 2", kind.green[2]),
-        ("bark", kind.bark),
-    ] {
+    for (name, color) in ["leaf 0", "leaf 1", "leaf 2", "bark"].into_iter().zip(colors) {
         document.materials.insert(name.to_owned(), Material { color, ..Material::default() });
     }
-    let key = Key::of(&kind.name);
-    Arc::new(Scene::new(&document, None, kind.name, key, Path::new("")).expect("a tree"))
+    let key = Key::of(&name);
+    Arc::new(Scene::new(&document, None, name, key, Path::new("")).expect("a tree"))
 }
 
-/// An oak, a birch, a maple in autumn, and a bush.
-pub fn kinds() -> [Kind; 4] {
+/// An oak, a birch, a maple in autumn, a bush, and an elm.
+pub fn kinds() -> [Kind; 5] {
     [
         Kind {
             name: "oak",
@@ -219,6 +250,25 @@ pub fn kinds() -> [Kind; 4] {
             ],
             bark: Color::new(0.14, 0.11, 0.08),
             seed: 23,
+        },
+        Kind {
+            name: "elm",
+            height: 15.0,
+            forks: 4,
+            lean: 0.42,
+            share: 0.7,
+            rise: 0.62,
+            levels: 5,
+            trunk: 0.45,
+            leaves: 11,
+            leaf: 0.05,
+            green: [
+                Color::new(0.11, 0.22, 0.05),
+                Color::new(0.16, 0.27, 0.07),
+                Color::new(0.24, 0.31, 0.08),
+            ],
+            bark: Color::new(0.2, 0.17, 0.13),
+            seed: 41,
         },
     ]
 }
