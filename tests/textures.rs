@@ -470,6 +470,48 @@ fn mirrors_show_pictures_by_what_their_rays_stand_for() {
 }
 
 #[test]
+fn reflection_maps_are_filtered_by_what_a_curved_mirror_gathers() {
+    // A ball that mirrors a panorama of fine noise, against the mean of 8 x 8 times the pixels.
+    painted("around.exr", 512, 256, |x, y| {
+        let on = (x / 2 * 7919 + y / 2 * 104_729) % 97;
+        [on as f32 / 96.0, f32::from(u8::from(x < 256)), 0.0, 1.0]
+    });
+    let path = scratch("ball.ron");
+    let text = r#"Scene(version: 1,
+        materials: {"mirror": (color: 0, maps: {"reflection": (picture: File("around.exr"))})},
+        plans: [(name: "ball", root: (material: "mirror", shape: Sphere(radius: 1, segments: 128)))])"#;
+    std::fs::write(&path, text).unwrap();
+    let scene = Arc::new(read::scene(&path, None, "ball", &read::ReadOptions::default()).unwrap());
+    let shown = |pixels: u32, filter: Filter| {
+        let camera = Camera {
+            position: v(0.0, 0.8, 6.0),
+            look_at: DVec3::ZERO,
+            field_of_view: 14.0,
+            ..Camera::default()
+        };
+        let image = spans(scene.clone(), &view(&camera, pixels, pixels));
+        let lights = illuminate(vec![], Color::BLACK, Color::BLACK);
+        colors(&image.shaded(Arc::new(lights)).unwrap(), filter)
+    };
+    let fine = shown(240, Filter::Anisotropic(8));
+    let error = |filter: Filter| {
+        let [red, green, _] = shown(30, filter);
+        let mean = |channel: &[f32], x: usize, y: usize| {
+            let all = (0..64).map(|k| channel[(y * 8 + k / 8) * 240 + x * 8 + k % 8]);
+            all.sum::<f32>() / 64.0
+        };
+        let middle = (6..24).flat_map(|y| (6..24).map(move |x| (x, y)));
+        let squares = middle.map(|(x, y)| {
+            let at = y * 30 + x;
+            (red[at] - mean(&fine[0], x, y)).powi(2) + (green[at] - mean(&fine[1], x, y)).powi(2)
+        });
+        (squares.sum::<f32>() / 324.0).sqrt()
+    };
+    let (filtered, nearest) = (error(Filter::Anisotropic(8)), error(Filter::Nearest));
+    assert!(nearest > 0.4 && filtered < 0.1, "{filtered} {nearest}");
+}
+
+#[test]
 fn more_pictures_than_the_limit_allows_are_shown_all_the_same() {
     let size = 64u32;
     let source = |number: u32| Source {

@@ -125,8 +125,9 @@ pub(super) struct At<'a> {
     pub(super) front: DVec3,
     /// The coordinates of the vertices, at points of the object.
     pub(super) uv: &'a dyn Fn(DVec3) -> DVec2,
-    /// The unit vector to where it is seen from.
-    pub(super) to_eye: DVec3,
+    /// The unit normal of the front without maps, and the unit vector to where it is seen from, if it is moved on the
+    /// face.
+    pub(super) seen_from: &'a dyn Fn(DVec3) -> (DVec3, DVec3),
     pub(super) sees_front: bool,
     pub(super) filter: Filter,
 }
@@ -273,9 +274,18 @@ impl Maps {
             What::Occlusion => seen.finish.ambient *= faded(texel()[0]),
             What::Emission => seen.finish.glow = seen.finish.glow * shares(texel()),
             What::Reflection => {
-                let normal = if at.sees_front { seen.normal } else { -seen.normal };
-                let mirrored = normal * (2.0 * normal.dot(at.to_eye)) - at.to_eye;
-                let [r, g, b, _] = sample(around(mirrored, at));
+                let bounce = |normal: DVec3, to_eye: DVec3| {
+                    let normal = if at.sees_front { normal } else { -normal };
+                    normal * (2.0 * normal.dot(to_eye)) - to_eye
+                };
+                let (smooth, to_eye) = (at.seen_from)(DVec3::ZERO);
+                let here = bounce(smooth, to_eye);
+                // How what is mirrored moves from pixel to pixel: as the eye's rays spread, and as the surface curves.
+                let moves = at.steps.map(|step| {
+                    let (normal, to_eye) = (at.seen_from)(step);
+                    bounce(normal, to_eye) - here
+                });
+                let [r, g, b, _] = sample(around(bounce(seen.normal, to_eye), moves));
                 seen.finish.glow = seen.finish.glow + Color::new(r, g, b) * strength;
             }
             What::Reflect | What::Refract => {
@@ -380,14 +390,19 @@ fn wave(right: f64, up: f64, footprint: &Footprint) -> f64 {
     0.5 + 0.5 * along(right, at.x, [r.x, d.x]) * along(up, at.y, [r.y, d.y])
 }
 
-/// What is seen of a panorama in a direction: its middle lies towards -z, its top is the zenith.
-fn around(direction: DVec3, at: &At<'_>) -> Footprint {
-    let u = math::atan2(direction.x, -direction.z) / TAU + 0.5;
-    let v = 1.0 - math::acos(direction.normalize_or_zero().y.clamp(-1.0, 1.0)) / PI;
-    // A flat mirror shows as wide an angle as a pixel; less than a texel makes no difference.
-    let angle = at.steps[0].length().min(at.steps[1].length()) * 1e-3;
-    let (right, down) = (DVec2::new(angle / TAU, 0.0), DVec2::new(0.0, -angle / PI));
-    Footprint { at: DVec2::new(u, v), right, down }
+/// What is seen of a panorama in a direction, which moves so much to the next pixel on the right and below: its middle
+/// lies towards -z, its top is the zenith.
+fn around(direction: DVec3, moves: [DVec3; 2]) -> Footprint {
+    let place = |way: DVec3| {
+        let up = way.normalize_or_zero().y.clamp(-1.0, 1.0);
+        DVec2::new(math::atan2(way.x, -way.z) / TAU + 0.5, 1.0 - math::acos(up) / PI)
+    };
+    let at = place(direction);
+    let [right, down] = moves.map(|step| {
+        let step = place(direction + step) - at;
+        DVec2::new(step.x - step.x.round(), step.y)
+    });
+    Footprint { at, right, down }
 }
 
 /// A picture that can be read.

@@ -221,7 +221,10 @@ impl Surfaces for SceneSurfaces {
                     facing: look.normal,
                     front: look.front,
                     uv: &|point| look.uv(point),
-                    to_eye: fragments.to_eye_from(i, world),
+                    seen_from: &|moved| {
+                        let point = world + moved;
+                        (look.at(point).normal, fragments.to_eye_from(i, point))
+                    },
                     sees_front,
                     filter: fragments.textures,
                 };
