@@ -226,6 +226,57 @@ fn nothing_shadows_itself_and_nothing_leaks_at_any_scale() {
 }
 
 #[test]
+fn roofs_far_from_the_origin_do_not_shadow_themselves() {
+    // Folded by millimetres, as surveyed roofs are, in coordinates of a whole country.
+    let folded = |origin: DVec3| {
+        let mut random = Random::new(8);
+        let mut mesh = Mesh::default();
+        let mut points = Vec::new();
+        for i in 0..7u32 {
+            for k in 0..7u32 {
+                let (x, z) = (f64::from(i) * 2.0 - 6.0, f64::from(k) * 2.0 - 6.0);
+                let y = 0.3 * x + random.between(-0.004, 0.004);
+                points.push(mesh.add_point(v(x, y, z) + origin));
+            }
+        }
+        for i in 0..6usize {
+            for k in 0..6usize {
+                let [a, b, c, d] = [(i, k), (i, k + 1), (i + 1, k + 1), (i + 1, k)]
+                    .map(|(i, k)| points[i * 7 + k]);
+                mesh.add_polygon(&[a, b, c], None).unwrap();
+                mesh.add_polygon(&[a, c, d], None).unwrap();
+            }
+        }
+        let camera = Camera {
+            position: origin + v(0.0, 20.0, 0.0),
+            look_at: origin,
+            up: DVec3::Z,
+            parallel_height: Some(10.0),
+            ..Camera::default()
+        };
+        let view = View::new(&camera, Raster::new(60, 60).unwrap()).unwrap();
+        spans(&[scene("roof", mesh)], &view, 2)
+    };
+    let near = folded(DVec3::ZERO);
+    let far = folded(v(92_526.0, 7.0, -436_640.0));
+    for shadows in [Shadows::Volumes, Shadows::Rays(1), Shadows::Rays(4)] {
+        let lamps = || vec![sun((-0.4, -1.0, -0.3), Color::WHITE)];
+        let open = picture(&lit(&near, lamps(), Shadows::Off));
+        for (name, image) in [("near", &near), ("far", &far)] {
+            let shown = picture(&lit(image, lamps(), shadows));
+            let pairs = red(&shown).iter().zip(red(&open)).enumerate();
+            let off: Vec<_> = pairs.filter(|(_, (a, b))| (*a - *b).abs() > 0.01).collect();
+            assert!(
+                off.is_empty(),
+                "{shadows:?}, {name}: {} pixels, {:?}",
+                off.len(),
+                off.iter().map(|(at, (a, _))| (at % 60, at / 60, *a)).collect::<Vec<_>>()
+            );
+        }
+    }
+}
+
+#[test]
 fn light_passes_through_holes() {
     // A ceiling with a square hole over a floor: the floor gets light only through it.
     let mut mesh = polygons(&[level([-5.0, 5.0], 0.0, [-5.0, 5.0])]);

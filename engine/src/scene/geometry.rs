@@ -27,6 +27,9 @@ pub const PLANARITY: f64 = 1e-3;
 /// noise of single-precision coordinates.
 const COPLANARITY: f64 = 1e-7;
 
+/// The noise of double-precision coordinates, as a share of themselves.
+const ROUNDED: f64 = 1e-15;
+
 /// How far vertex attributes may leave the affine, in their own units.
 const AFFINITY: f32 = 1e-3;
 
@@ -433,8 +436,17 @@ fn triangles(mesh: &Mesh, face: &Face) -> Vec<[u32; 3]> {
 /// Finds the planes of faces, one for all faces that lie in it.
 fn share_planes(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
     let outline = |at: usize| mesh.outline(at).iter().map(|corner| mesh.points[*corner as usize]);
-    // A face's own reach, so that one stray vertex makes no others coplanar; buckets by what is usual.
-    let reach = |at: usize| outline(at).map(|p| p.abs().max_element()).fold(0.0, f64::max);
+    // A face's own reach from the middle of the mesh, so that one stray vertex makes no others coplanar, nor does a
+    // far origin; buckets by what is usual.
+    let centre = median(&mesh.points);
+    let far = |p: DVec3| (p - centre).abs().max_element();
+    let reach = |at: usize| outline(at).map(far).fold(0.0, f64::max);
+    // How coordinates are rounded tells their precision.
+    let is_single = |at: usize| outline(at).all(|p| p.as_vec3().as_dvec3() == p);
+    let noise = |at: usize| {
+        let size = outline(at).map(|p| p.abs().max_element()).fold(0.0, f64::max);
+        size * if is_single(at) { COPLANARITY } else { ROUNDED }
+    };
     let mut reaches: Vec<f64> = (0..mesh.face_count()).map(reach).collect();
     let middle = reaches.len() / 2;
     let usual = match reaches.is_empty() {
@@ -447,7 +459,7 @@ fn share_planes(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
     let mut buckets: HashMap<[i64; 4], Vec<u32>> = HashMap::new();
     // Planes that are one fall into one bucket or into neighbouring ones.
     let bucket = |support: &Support| {
-        let offset = support.point.dot(support.normal) / width;
+        let offset = (support.point - centre).dot(support.normal) / width;
         let n = support.normal * 1e3;
         [n.x, n.y, n.z, offset]
     };
@@ -455,7 +467,7 @@ fn share_planes(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
         let points = || outline(at);
         let normal = plane_normal(points()).unwrap_or(DVec3::Y);
         let point = point_of(points(), normal);
-        let tolerance = COPLANARITY * reach(at);
+        let tolerance = COPLANARITY * reach(at) + noise(at);
         let support = Support { point, normal };
         let turned = Support { point, normal: -normal };
         let known = [(&support, 0), (&turned, TURNED)].into_iter().find_map(|(support, turned)| {
@@ -478,6 +490,16 @@ fn share_planes(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
         support_of.push(index);
     }
     (supports, support_of)
+}
+
+/// The middle of points, by coordinate: half of all lie to either side.
+fn median(points: &[DVec3]) -> DVec3 {
+    let middle = |axis: usize| {
+        let mut values: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+        let half = values.len() / 2;
+        if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(half, f64::total_cmp).1 }
+    };
+    DVec3::new(middle(0), middle(1), middle(2))
 }
 
 /// The point of a face's plane, through the middle of its corners, that lies at the corner nearest to

@@ -509,18 +509,21 @@ pub fn opacity(
     surfaces.alpha_at(view, &met)
 }
 
-/// Whether a piece lies in the plane of a face. A card does that turns about a line in it: it casts nothing on
+/// Whether a piece lies in the plane of a face, as a share of how far it reaches from the point that the plane is given
+/// by: a corner may be that very point, but for rounding. A card does that turns about a line in it: it casts nothing on
 /// itself as it is seen.
 pub fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3)) -> bool {
-    let is_near = |corner: DVec3, size: f64| {
-        let from = corner - point;
-        normal.dot(from).abs() <= IN_PLANE * (from.length() + size)
-    };
     if let Some(card) = casters.card(piece) {
-        return is_near(card.middle(), card.height);
+        let from = card.middle() - point;
+        return normal.dot(from).abs() <= IN_PLANE * (from.length() + card.height);
     }
     // No card turns.
-    casters.corners(piece, Toward::Direction(DVec3::Y)).all(|corner| is_near(corner, 0.0))
+    let corners = casters.corners(piece, Toward::Direction(DVec3::Y));
+    let (off, reach) = corners.fold((0.0f64, 0.0f64), |(off, reach), corner| {
+        let from = corner - point;
+        (off.max(normal.dot(from).abs()), reach.max(from.length_squared()))
+    });
+    off <= IN_PLANE * reach.sqrt()
 }
 
 /// The part of a span inside all sides.
