@@ -607,6 +607,9 @@ fn pictures_of_every_kind_are_read_or_refused_by_name() {
     let broken = write("broken.jpg", &photo[..photo.len() * 3 / 5]);
     assert!(error(&broken).contains("breaks off"));
     assert!(file::read(broken.as_ref()).unwrap_err().to_string().contains("breaks off"));
+    // What stands behind its end, whatever it is, does not count.
+    let more = [&photo[..], b"\xff\xda\x00\x08 of another \xff"].concat();
+    assert!(file::read(write("more.jpg", &more).as_ref()).is_ok());
     // A header that announces four thousand million pixels.
     let mut huge = sound.clone();
     huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);

@@ -115,15 +115,32 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Texels, String> {
 /// # Errors
 /// If it does not.
 pub(super) fn check_end(bytes: &[u8], format: ImageFormat) -> std::result::Result<(), String> {
-    // In what is coded, no marker stands by chance; the end of a preview comes before the picture itself.
-    let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
-    match (format, last(0xda), last(0xd9)) {
-        (ImageFormat::Jpeg, Some(scan), end) if end.is_none_or(|end| end < scan) => Err(format!(
-            "not a sound JPEG file: it breaks off at byte {}, before its end: copy it again",
-            bytes.len()
-        )),
-        _ => Ok(()),
+    if format != ImageFormat::Jpeg || has_end(bytes) {
+        return Ok(());
     }
+    Err(format!(
+        "not a sound JPEG file: it breaks off at byte {}, before its end: copy it again",
+        bytes.len()
+    ))
+}
+
+/// Whether the marker of the end follows the segments and scans of a JPEG. What comes after it does not count.
+fn has_end(bytes: &[u8]) -> bool {
+    let mut at = 2;
+    while let [first, second, rest @ ..] = bytes.get(at..).unwrap_or_default() {
+        at += match (first, second) {
+            (0xff, 0xd9) => return true,
+            // Filled up, or a byte of coded data.
+            (0xff, 0xff) | (0..0xff, _) => 1,
+            // Stuffed, or a marker without a length.
+            (0xff, 0x00 | 0x01 | 0xd0..=0xd8) => 2,
+            _ => match rest {
+                [high, low, ..] => 2 + usize::from(u16::from_be_bytes([*high, *low])).max(2),
+                _ => return false,
+            },
+        };
+    }
+    false
 }
 
 fn finite(path: &Path, texels: Texels) -> Result<Texels> {

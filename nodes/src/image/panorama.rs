@@ -19,7 +19,7 @@ pub struct Panorama {
     /// The spans.
     pub image: Link<SpanImage>,
     /// Rows of the panorama.
-    #[schemars(range(min = 8, max = 8192))]
+    #[schemars(range(min = 8, max = 4096))]
     pub rows: u32,
 }
 
