@@ -134,6 +134,12 @@ fn what_stands_behind_lights_as_it_is_seen() {
     let (east, west) = (v(1.0, 0.0, 0.0), v(-1.0, 0.0, 0.0));
     close(lux_of(&dimmed, east), 0.25 * 500.0 * lux(&sky, east)[1], 0.006);
     close(lux_of(&dimmed, west), 500.0 * lux(&sky, west)[1], 0.006);
+    // A program knows its place in the panorama.
+    let places = Stream::new("color = [x, y, 0];", BTreeMap::new(), BTreeMap::new()).unwrap();
+    let places = backdrop::panorama(&image.shaded(Arc::new(places)).unwrap(), 16).unwrap();
+    let [red, green, ..] = places.rgba(31, 15);
+    close(f64::from(red), 31.5 / 32.0, 1e-5);
+    close(f64::from(green), 15.5 / 16.0, 1e-5);
     // Without anything behind it there is none.
     let empty = SpanImage::empty(view, plan, 0..1);
     let error = backdrop::panorama(&empty, 16).unwrap_err();

@@ -317,6 +317,9 @@ pub fn panorama(image: &SpanImage, rows: u32) -> Result<Image> {
     let view = image.view();
     let from = view.camera().position;
     let step = PI / f64::from(rows);
+    let panorama_size = DVec2::new(f64::from(columns), f64::from(rows));
+    let raster = view.raster();
+    let raster_size = DVec2::new(f64::from(raster.width), f64::from(raster.height));
     let row = |row: u32| -> Vec<[f32; 4]> {
         let mut fragments = Fragments::new(view);
         fragments.label.clone_from(&source.label);
@@ -327,7 +330,9 @@ pub fn panorama(image: &SpanImage, rows: u32) -> Result<Image> {
             let level = math::cos(up);
             let way =
                 DVec3::new(level * math::sin(round), math::sin(up), -level * math::cos(round));
-            let (x, y) = (f64::from(column) + 0.5, f64::from(row) + 0.5);
+            // The place in the panorama, as a share of the picture at hand.
+            let place = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+            let DVec2 { x, y } = place / panorama_size * raster_size;
             fragments.push(ordinal, true, x, y, view.depth(FAR));
             fragments.position.push(from + way * FAR);
             sight.from.push(from);

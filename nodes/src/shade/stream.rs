@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// (the place in the world and in the object, metres), `N`, `I` (to the eye), `u`, `v`, `x`, `y` (the place in
 /// the picture, 0 to 1), `color`, `alpha`, `depth`, `width` (what a pixel covers, metres), `coverage` (how much
 /// of its pixel is covered, 0 to 1), `frame`, `face`, `object` and `material` (numbers; the last two from names,
-/// the same in every frame), `front`, and `object("*tree*")` and `material("glass*")`, 1 where the name, or
+/// the same in every frame), `front`, and `object('*tree*')` and `material('glass*')`, 1 where the name, or
 /// the end of it after a `/`, fits. Functions have SeExpr's names: `noise`,
 /// `snoise`, `vnoise`, `fbm`, `turbulence`, `cellnoise`, `voronoi`, `mix`, `clamp`, `smoothstep(x, a, b)`,
 /// `fmod` (never negative for a positive divisor, as is `%`: patterns go on across 0), `fit`, `remap`, `bias`, `gamma`, `contrast`, `saturate`, `rgbtohsl`, `dot`, `norm` and more. There are `if (..) {}
