@@ -21,6 +21,7 @@ mod panorama;
 mod papers;
 mod penumbra;
 mod photometry;
+mod picture_files;
 mod pictures;
 mod plugins;
 mod probes;

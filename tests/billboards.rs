@@ -9,8 +9,9 @@ use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Finish, Optics};
 use spandrel_engine::image::{Image, Samples, Window};
 use spandrel_engine::raster::Raster;
+use spandrel_engine::resolve::filter::Filter as Pixels;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
-use spandrel_engine::scene::Material;
+use spandrel_engine::scene::{AlphaMode, Material};
 use spandrel_engine::shade::{Illuminate, Shadows, Stream, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::Accelerator;
@@ -335,6 +336,92 @@ fn a_dense_stand_is_what_its_cards_over_each_other_are() {
     let rms = (squares / f64::from(36 * 48 * 4)).sqrt();
     // Half a texel of a card's border is soft, and the samples are 144 to a pixel.
     assert!(rms < 0.012 && worst < 0.15, "{rms} {worst}");
+}
+
+/// A stand of soft cards that cross, a dozen over each pixel and more.
+fn soft_stand() -> SpanImage {
+    let soft = picture(32, 64, |x, y| {
+        let a = if (x / 4 + y / 4) % 3 == 0 { 1.0 } else { 0.4 };
+        [0.7 * a, (x as f32 / 32.0) * a, (y as f32 / 64.0) * a, a]
+    });
+    let mut chance = Chance::new(5);
+    let places: Vec<Tree> = (0..200)
+        .map(|_| {
+            let (x, z) = (chance.unit() * 5.0 - 2.5, chance.unit() * 4.0 - 2.0);
+            one(v(x, 0.0, z), 1.5 + 1.5 * chance.unit())
+        })
+        .collect();
+    trees(&places, &[soft], &view(v(0.0, 1.5, 11.0), v(0.0, 1.4, 0.0), (72, 54)), false)
+}
+
+#[test]
+fn windows_of_dense_stands_are_parts_of_the_whole_by_every_filter() {
+    let image = soft_stand();
+    let whole = Framing::scaled(image.view().raster(), DVec2::ONE).unwrap();
+    let channels = BTreeSet::from([Channel::Color]);
+    for filter in [Pixels::Box, Pixels::Tent, Pixels::Gaussian, Pixels::Mitchell, Pixels::Lanczos] {
+        let whole = Framing { filter, ..whole.clone() };
+        let all = resolve(&image, RULE, &whole, &channels).unwrap();
+        let window = Window { x: 21, y: 17, width: 30, height: 23 };
+        let part = resolve(&image, RULE, &whole.cut(window).unwrap(), &channels).unwrap();
+        assert!(all.pixels().flatten().all(|value| (-1.0..2.0).contains(&value)), "{filter:?}");
+        for y in 0..window.height {
+            for x in 0..window.width {
+                let (a, b) = (all.rgba(window.x + x, window.y + y), part.rgba(x, y));
+                let off = a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                assert!(off < 1e-5, "{filter:?} at {x}, {y}: {off}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_written_beside_the_colour_changes_no_other_channel() {
+    let image = soft_stand();
+    let framing = Framing::scaled(image.view().raster(), DVec2::ONE).unwrap();
+    let others = BTreeSet::from([Channel::Z, Channel::N, Channel::P, Channel::Id, Channel::Error]);
+    let with: BTreeSet<Channel> = others.iter().copied().chain([Channel::Color]).collect();
+    let (alone, both) =
+        (resolve(&image, RULE, &framing, &others), resolve(&image, RULE, &framing, &with));
+    let (alone, both) = (alone.unwrap(), both.unwrap());
+    for (name, samples) in alone.channels() {
+        let (_, same) = both.channels().find(|(other, _)| *other == name).unwrap();
+        assert_eq!(samples, same, "{name}");
+    }
+}
+
+#[test]
+fn a_mirror_that_lets_all_through_is_seen_before_many_layers() {
+    // A pane of no alpha whose glass mirrors six tenths of a white sky, before ever more veils.
+    let optics = Some(Optics { reflect: Color::grey(0.6), fresnel: false, ..Optics::default() });
+    let pane = |color: f32, alpha: f32, optics: Option<Optics>| Material {
+        color: Color::grey(color),
+        alpha,
+        alpha_mode: AlphaMode::Blend,
+        unlit: true,
+        finish: Finish { optics, ..Finish::default() },
+        ..Material::default()
+    };
+    let corners = |z: f64| [v(-2.0, -2.0, z), v(2.0, -2.0, z), v(2.0, 2.0, z), v(-2.0, 2.0, z)];
+    let camera = view(v(0.0, 0.0, 6.0), DVec3::ZERO, (9, 9));
+    for count in [1u32, 6, 7, 8, 12, 40] {
+        let mut parts = vec![(corners(1.0), pane(0.0, 0.0, optics))];
+        parts.extend((0..count).map(|i| (corners(-0.1 * f64::from(i)), pane(0.0, 0.02, None))));
+        let scene = painted_faces(&parts).unwrap();
+        let image = visible::render(&[scene.into()], &camera, RULE.plan().unwrap(), 0..9).unwrap();
+        let shader = Trace {
+            rays: 1,
+            depth: 1,
+            least: 1e-3,
+            background: Color::WHITE,
+            sky: None,
+            accelerator: Accelerator::Tree,
+        };
+        let [red, .., alpha] = shown(&image.shaded(Arc::new(shader)).unwrap()).rgba(4, 4);
+        let through = 0.98f32.powi(count as i32);
+        assert!((red - 0.6).abs() < 1e-4, "{count}: {red}");
+        assert!((alpha - (1.0 - 0.4 * through)).abs() < 1e-4, "{count}: {alpha}");
+    }
 }
 
 #[test]

@@ -12,12 +12,12 @@ use spandrel_engine::light::panorama::Panorama;
 use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Lamp, Light, Receiver};
 use spandrel_engine::raster::Raster;
-use spandrel_engine::resolve::Rule;
+use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::shade::Stream;
 use spandrel_engine::span::SpanImage;
 use spandrel_tests::data;
 use spandrel_tests::lights::close;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -140,8 +140,34 @@ fn what_stands_behind_lights_as_it_is_seen() {
     let [red, green, ..] = places.rgba(31, 15);
     close(f64::from(red), 31.5 / 32.0, 1e-5);
     close(f64::from(green), 15.5 / 16.0, 1e-5);
+    // Of several what is in front is seen, as in a picture: half a veil before the sky, and of two at one distance the
+    // same as there.
+    let flat = |label: &str, level: f32, distance: Option<f64>| {
+        let stand = Stand {
+            label: label.to_owned(),
+            key: Key::of(&(label, level.to_bits())),
+            strength: Color::grey(level),
+            distance,
+        };
+        let show = Show::Gradient(vec![(0.0, Color::WHITE)]);
+        backdrop::image(show, stand, &view, plan, 0..1).unwrap()
+    };
+    let veil = Stream::new("alpha = 0.5;", BTreeMap::new(), BTreeMap::new()).unwrap();
+    let veil = flat("a veil", 1.0, Some(1e8)).shaded(Arc::new(veil)).unwrap();
+    for order in [[veil.clone(), flat("sky", 0.2, None)], [flat("sky", 0.2, None), veil]] {
+        let [seen, ..] =
+            backdrop::panorama(&SpanImage::merge(&order).unwrap(), 8).unwrap().rgba(3, 3);
+        close(f64::from(seen), 0.5 + 0.5 * 0.2, 1e-6);
+    }
+    let framing = Framing::whole(view.raster());
+    for (a, b) in [(0.25, 0.5), (0.5, 0.25), (0.75, 0.3), (0.1, 0.9)] {
+        let both = SpanImage::merge(&[flat("b", a, None), flat("b", b, None)]).unwrap();
+        let picture = resolve(&both, Rule::Sloped(1), &framing, &BTreeSet::from([Channel::Color]));
+        let (shown, round) = (picture.unwrap().rgba(0, 0), backdrop::panorama(&both, 8).unwrap());
+        assert_eq!(shown[0], round.rgba(3, 3)[0], "{a} {b}");
+    }
     // Without anything behind it there is none.
-    let empty = SpanImage::empty(view, plan, 0..1);
+    let empty = SpanImage::empty(view.clone(), plan, 0..1);
     let error = backdrop::panorama(&empty, 16).unwrap_err();
     assert!(error.to_string().contains("Background"), "{error}");
 }

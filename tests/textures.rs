@@ -19,23 +19,27 @@ use spandrel_engine::texture::{
 };
 use spandrel_engine::trace::Accelerator;
 use spandrel_engine::visible;
-use spandrel_tests::data;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::scenes::painted_faces;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 const RULE: Rule = Rule::Sloped(4);
 
-fn scratch(name: &str) -> PathBuf {
+pub(crate) fn scratch(name: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("spandrel-textures-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     folder.join(name)
 }
 
 /// Writes a picture of scene-linear colours, by column and row from the top.
-fn painted(name: &str, width: u32, height: u32, color: impl Fn(u32, u32) -> [f32; 4]) -> String {
+pub(crate) fn painted(
+    name: &str,
+    width: u32,
+    height: u32,
+    color: impl Fn(u32, u32) -> [f32; 4],
+) -> String {
     let mut picture = Image::new((width, height), Window::whole(width, height));
     let at = |i: u32| color(i % width, i / width);
     for (axis, channel) in ["R", "G", "B", "A"].into_iter().enumerate() {
@@ -47,47 +51,51 @@ fn painted(name: &str, width: u32, height: u32, color: impl Fn(u32, u32) -> [f32
     path.to_string_lossy().into_owned()
 }
 
-fn map(path: &str, mapping: Mapping) -> Map {
+pub(crate) fn map(path: &str, mapping: Mapping) -> Map {
     Map { mapping, ..Map::of(Picture::File(path.to_owned())) }
 }
 
-fn mapped(what: &str, map: Map, material: Material) -> Material {
+pub(crate) fn mapped(what: &str, map: Map, material: Material) -> Material {
     let mut material = material;
     material.maps.insert(what.to_owned(), map);
     material
 }
 
-fn unlit() -> Material {
+pub(crate) fn unlit() -> Material {
     Material { color: Color::WHITE, unlit: true, ..Material::default() }
 }
 
 /// A scene of quadrilaterals whose corners are the picture's: lower left, lower right, upper right, upper left.
-fn made(parts: &[([DVec3; 4], Material)]) -> Arc<Scene> {
+pub(crate) fn made(parts: &[([DVec3; 4], Material)]) -> Arc<Scene> {
     painted_faces(parts).unwrap()
 }
 
-fn spans(scene: Arc<Scene>, view: &View) -> SpanImage {
+pub(crate) fn spans(scene: Arc<Scene>, view: &View) -> SpanImage {
     visible::render(&[scene.into()], view, RULE.plan().unwrap(), 0..view.raster().height).unwrap()
 }
 
-fn shown(image: &SpanImage, textures: Filter, channels: &[Channel]) -> Result<Image, String> {
+pub(crate) fn shown(
+    image: &SpanImage,
+    textures: Filter,
+    channels: &[Channel],
+) -> Result<Image, String> {
     let framing = Framing::scaled(image.view().raster(), DVec2::ONE).unwrap();
     let framing = Framing { textures, ..framing };
     let channels: BTreeSet<Channel> = channels.iter().copied().collect();
     resolve(image, RULE, &framing, &channels).map_err(|error| error.to_string())
 }
 
-fn colors(image: &SpanImage, textures: Filter) -> [Vec<f32>; 3] {
+pub(crate) fn colors(image: &SpanImage, textures: Filter) -> [Vec<f32>; 3] {
     let picture = shown(image, textures, &[Channel::Color]).unwrap();
     ["R", "G", "B"].map(|name| picture.float(name).unwrap().to_vec())
 }
 
-fn view(camera: &Camera, width: u32, height: u32) -> View {
+pub(crate) fn view(camera: &Camera, width: u32, height: u32) -> View {
     View::new(camera, Raster::new(width, height).unwrap()).unwrap()
 }
 
 /// Straight down on a square around the origin.
-fn above(side: f64, pixels: u32) -> View {
+pub(crate) fn above(side: f64, pixels: u32) -> View {
     let camera = Camera {
         position: v(0.0, 10.0, 0.0),
         look_at: DVec3::ZERO,
@@ -99,7 +107,7 @@ fn above(side: f64, pixels: u32) -> View {
 }
 
 /// The floor between -h and h, upright from above.
-fn floor(h: f64) -> [DVec3; 4] {
+pub(crate) fn floor(h: f64) -> [DVec3; 4] {
     [v(-h, 0.0, h), v(h, 0.0, h), v(h, 0.0, -h), v(-h, 0.0, -h)]
 }
 
@@ -575,275 +583,4 @@ fn what_is_far_away_takes_little_memory() {
     }
     let Report { most, reads, .. } = store.report();
     assert!(most < 1 << 16 && reads <= 2, "{most} {reads}");
-}
-
-#[test]
-fn pictures_of_every_kind_are_read_or_refused_by_name() {
-    let show = |path: &str| {
-        let material = mapped("color", map(path, Mapping::default()), unlit());
-        let image = spans(made(&[(floor(1.0), material)]), &above(2.0, 4));
-        shown(&image, Filter::default(), &[Channel::Color])
-    };
-    let error = |path: &str| {
-        let error = show(path).unwrap_err();
-        assert!(error.contains(path), "{error}");
-        error
-    };
-    error(&scratch("missing.png").to_string_lossy());
-    let write = |name: &str, bytes: &[u8]| {
-        let path = scratch(name);
-        std::fs::write(&path, bytes).unwrap();
-        path.to_string_lossy().into_owned()
-    };
-    assert!(error(&write("text.png", b"no picture")).contains(".png, .jpg, .exr or .hdr"));
-    assert!(error(&write("empty.jpg", b"")).contains(".png, .jpg, .exr or .hdr"));
-    let sound = std::fs::read(painted("sound.png", 9, 9, |x, _| [x as f32 / 9.0; 4])).unwrap();
-    assert!(error(&write("cut.png", &sound[..sound.len() / 2])).contains("not a sound PNG"));
-    assert!(error(&write("cut.jpg", b"\xff\xd8\xff\xe0\0\x10JFIF")).contains("not a sound JPEG"));
-    // A photograph that breaks off in its middle, as a picture on a surface and as one of a graph.
-    let photo =
-        std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../graphs/assets/photos/oak.jpg"))
-            .unwrap();
-    let broken = write("broken.jpg", &photo[..photo.len() * 3 / 5]);
-    assert!(error(&broken).contains("breaks off"));
-    assert!(file::read(broken.as_ref()).unwrap_err().to_string().contains("breaks off"));
-    // What stands behind its end, whatever it is, does not count.
-    let more = [&photo[..], b"\xff\xda\x00\x08 of another \xff"].concat();
-    assert!(file::read(write("more.jpg", &more).as_ref()).is_ok());
-    // A header that announces four thousand million pixels.
-    let mut huge = sound.clone();
-    huge[16..24].copy_from_slice(&[0, 0, 0xff, 0xff, 0, 0, 0xff, 0xff]);
-    let checksum = crc32fast::hash(&huge[12..29]);
-    huge[29..33].copy_from_slice(&checksum.to_be_bytes());
-    assert!(error(&write("huge.png", &huge)).contains("not a sound PNG"));
-    // One texel.
-    let one = painted("one.png", 1, 1, |_, _| [0.25, 0.5, 0.75, 1.0]);
-    let picture = show(&one).unwrap();
-    for (name, wanted) in [("R", 0.25), ("G", 0.5), ("B", 0.75)] {
-        let seen = picture.float(name).unwrap()[5];
-        assert!((seen - wanted).abs() < 1e-4, "{name}: {seen}");
-    }
-    // A palette, greys of 1 and 16 bits, and colours of 16 bits are the colours that they stand for.
-    use image::codecs::png::PngEncoder;
-    use image::{ExtendedColorType as Kind, ImageEncoder};
-    let png = |name: &str, bytes: &[u8], kind: Kind| {
-        let mut out = Vec::new();
-        PngEncoder::new(&mut out).write_image(bytes, 2, 2, kind).unwrap();
-        write(name, &out)
-    };
-    let linear = |v: f64| ((v + 0.055) / 1.055).powf(2.4) as f32;
-    let half = linear(128.0 / 255.0);
-    let wide = 32_896u16.to_ne_bytes();
-    let colours: Vec<u8> = [wide, [0, 0], wide].concat().repeat(4);
-    let cases = [
-        (png("grey.png", &[128; 4], Kind::L8), [half; 3]),
-        (png("grey16.png", &wide.repeat(4), Kind::L16), [half; 3]),
-        (png("colours16.png", &colours, Kind::Rgb16), [half, 0.0, half]),
-        (write("palette.png", &palette(&[[128, 0, 128]], &[0; 4])), [half, 0.0, half]),
-    ];
-    for (path, wanted) in cases {
-        let picture = show(&path).unwrap();
-        for (name, wanted) in ["R", "G", "B"].into_iter().zip(wanted) {
-            let seen = picture.float(name).unwrap()[5];
-            assert!((seen - wanted).abs() < 1e-3, "{path} {name}: {seen} {wanted}");
-        }
-    }
-    // Names and numbers that no map has.
-    let wrong = [
-        ("colour", map(&one, Mapping::default()), "no such map"),
-        ("color", Map { strength: 2.0, ..map(&one, Mapping::default()) }, "0 to 1"),
-        ("bump", Map { strength: f32::NAN, ..map(&one, Mapping::default()) }, "finite"),
-        ("color", map(&one, Mapping { length: DVec2::ZERO, ..Mapping::default() }), "length"),
-        ("bump", Map::of(Picture::Wave(f64::NAN, 1.0)), "Wave"),
-        ("color", map("", Mapping::default()), "no file"),
-    ];
-    for (name, map, cure) in wrong {
-        let material = mapped(name, map, unlit());
-        let error = painted_faces(&[(floor(1.0), material)]).err().unwrap();
-        assert!(error.contains(cure) && error.contains(name), "{error}");
-    }
-}
-
-/// The bytes of a PNG of 2 by 2 pixels with a palette.
-fn palette(colors: &[[u8; 3]], indices: &[u8; 4]) -> Vec<u8> {
-    let mut out = b"\x89PNG\r\n\x1a\n".to_vec();
-    let mut chunk = |kind: &[u8], data: &[u8]| {
-        out.extend((data.len() as u32).to_be_bytes());
-        let body = [kind, data].concat();
-        out.extend(&body);
-        out.extend(crc32fast::hash(&body).to_be_bytes());
-    };
-    chunk(b"IHDR", &[0, 0, 0, 2, 0, 0, 0, 2, 8, 3, 0, 0, 0]);
-    chunk(b"PLTE", &colors.concat());
-    let rows = [0, indices[0], indices[1], 0, indices[2], indices[3]];
-    let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
-    std::io::Write::write_all(&mut packed, &rows).unwrap();
-    chunk(b"IDAT", &packed.finish().unwrap());
-    chunk(b"IEND", &[]);
-    out
-}
-
-/// A glTF file of one square on the ground from -1 to 1, unlit, whose texture coordinates 1 run over it from its upper
-/// left corner, seen from above; those of set 0 are all alike.
-fn gltf_square(name: &str, picture: &str, info: &str) -> PathBuf {
-    let mut bytes: Vec<u8> = Vec::new();
-    let corners = [(-1f32, -1f32), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)];
-    for (x, z) in corners {
-        [x, 0.0, z].iter().for_each(|v| bytes.extend(v.to_le_bytes()));
-    }
-    bytes.extend([0u8; 32]);
-    for (x, z) in corners {
-        [(x + 1.0) / 2.0, (z + 1.0) / 2.0].iter().for_each(|v| bytes.extend(v.to_le_bytes()));
-    }
-    [0u16, 1, 2, 0, 2, 3].iter().for_each(|v| bytes.extend(v.to_le_bytes()));
-    std::fs::write(scratch(&format!("{name}.bin")), &bytes).unwrap();
-    let accessor = |view: u32, kind: &str, component: u32, count: u32| {
-        format!(
-            r#"{{"bufferView":{view},"componentType":{component},"count":{count},"type":"{kind}"{}}}"#,
-            if view == 0 { r#","min":[-1,0,-1],"max":[1,0,1]"# } else { "" }
-        )
-    };
-    let views = [(0, 48), (48, 32), (80, 32), (112, 12)];
-    let views = views
-        .map(|(at, length)| format!(r#"{{"buffer":0,"byteOffset":{at},"byteLength":{length}}}"#));
-    let text = format!(
-        r#"{{"asset":{{"version":"2.0"}},"extensionsUsed":["KHR_materials_unlit","KHR_texture_transform"],
-        "extensionsRequired":["KHR_texture_transform"],"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
-        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2}},"indices":3,"material":0}}]}}],
-        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{info}}},"extensions":{{"KHR_materials_unlit":{{}}}}}}],
-        "textures":[{{"source":0}}],"images":[{{"uri":"{picture}"}}],
-        "accessors":[{},{},{},{}],"bufferViews":[{}],"buffers":[{{"uri":"{name}.bin","byteLength":124}}]}}"#,
-        accessor(0, "VEC3", 5126, 4),
-        accessor(1, "VEC2", 5126, 4),
-        accessor(2, "VEC2", 5126, 4),
-        accessor(3, "SCALAR", 5123, 6),
-        views.join(",")
-    );
-    let path = scratch(&format!("{name}.gltf"));
-    std::fs::write(&path, text).unwrap();
-    path
-}
-
-#[test]
-fn textures_of_gltf_lie_by_their_set_and_their_transform() {
-    // Red to the right, green downwards, as glTF measures.
-    let size = 64u32;
-    let of = |i: u32| (i as f32 + 0.5) / size as f32;
-    painted("ramp.png", size, size, |x, y| [of(x), of(y), 0.0, 1.0]);
-    let view = above(2.0, 16);
-    let cases: [(&str, [f64; 2], f64, [f64; 2]); 4] = [
-        ("plain", [0.0, 0.0], 0.0, [1.0, 1.0]),
-        ("moved", [0.25, 0.125], 0.0, [0.5, 0.75]),
-        ("turned", [0.3, 0.45], 0.6, [0.4, 0.4]),
-        ("right", [0.1, 0.9], std::f64::consts::FRAC_PI_2, [0.5, 0.7]),
-    ];
-    for (name, offset, rotation, scale) in cases {
-        let info = format!(
-            r#"{{"index":0,"extensions":{{"KHR_texture_transform":{{"offset":{offset:?},"rotation":{rotation:?},"scale":{scale:?},"texCoord":1}}}}}}"#
-        );
-        let path = gltf_square(name, "ramp.png", &info);
-        let loaded = read::scene(&path, None, name, &read::ReadOptions::default()).unwrap();
-        let [r, g, _] = colors(&spans(Arc::new(loaded), &view), Filter::default());
-        for (x, y) in [(2usize, 3usize), (8, 8), (13, 5), (4, 12)] {
-            let (u, w) = ((x as f64 + 0.5) / 16.0, (y as f64 + 0.5) / 16.0);
-            let (sin, cos) = rotation.sin_cos();
-            let (a, b) = (scale[0] * u, scale[1] * w);
-            let expected = [cos * a + sin * b + offset[0], cos * b - sin * a + offset[1]];
-            let seen = [r[y * 16 + x], g[y * 16 + x]].map(f64::from);
-            for k in 0..2 {
-                let expected = expected[k].rem_euclid(1.0);
-                assert!((seen[k] - expected).abs() < 0.01, "{name} {x} {y}: {seen:?} {expected}");
-            }
-        }
-    }
-    // What skews is told, and shown without.
-    let info = r#"{"index":0,"extensions":{"KHR_texture_transform":{"rotation":0.5,"scale":[1,3],"texCoord":1}}}"#;
-    let path = gltf_square("skew", "ramp.png", info);
-    let notes = read::scene(&path, None, "skew", &read::ReadOptions::default()).unwrap().notes;
-    assert!(notes.iter().any(|note| note.contains("skews")), "{notes:?}");
-}
-
-#[test]
-fn real_models_show_their_pictures() {
-    let Some(folder) = data::find("models/kaykit_city") else { return };
-    let mut seen = 0;
-    for name in ["building_A", "building_D", "car_taxi", "bush"] {
-        let both = ["gltf", "obj"].map(|format| {
-            let path = folder.join(format).join(format!("{name}.{format}"));
-            let scene = read::scene(&path, None, name, &read::ReadOptions::default()).unwrap();
-            let camera = Camera {
-                position: v(3.0, 2.5, 4.0),
-                look_at: v(0.0, 0.5, 0.0),
-                field_of_view: 35.0,
-                ..Camera::default()
-            };
-            let image = spans(Arc::new(scene), &view(&camera, 90, 90));
-            colors(&image, Filter::default())
-        });
-        // One model in two formats has one picture.
-        let [gltf, obj] = &both;
-        let off =
-            gltf.iter().flatten().zip(obj.iter().flatten()).filter(|(a, b)| (*a - *b).abs() > 0.02);
-        let (off, all) = (off.count(), 3 * 90 * 90);
-        assert!(off * 200 < all, "{name}: {off} of {all}");
-        let kinds: BTreeMap<[u32; 3], ()> = (0..90 * 90)
-            .map(|at| ([0, 1, 2].map(|axis| (gltf[axis][at] * 20.0) as u32), ()))
-            .collect();
-        assert!(kinds.len() > 6, "{name} has {} colours", kinds.len());
-        seen += 1;
-    }
-    assert_eq!(seen, 4);
-}
-
-#[test]
-fn real_buildings_show_photographs_of_their_facades() {
-    // Buildings of Rotterdam, with their own.
-    if let Some(path) = data::find("city/twobuildings/twobuildings_t.json") {
-        let shown = |pictures: bool| {
-            let options =
-                read::ReadOptions { pictures: Some(pictures), ..read::ReadOptions::default() };
-            let scene = read::scene(&path, None, "rotterdam", &options);
-            let mut scene = scene.unwrap_or_else(|error| panic!("{error}"));
-            scene.materials.iter_mut().for_each(|material| material.unlit = true);
-            let points = scene.instances.iter().flat_map(|one| {
-                let points = one.geometry.mesh().points.iter();
-                points.map(|p| one.world_from_object.transform_point3(*p))
-            });
-            let ends = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-            let (low, high) = points.fold(ends, |(low, high), p| (low.min(p), high.max(p)));
-            let middle = (low + high) / 2.0;
-            let camera = Camera {
-                position: middle + v(0.5, 0.6, 0.9) * (high - low).length(),
-                look_at: middle,
-                ..Camera::default()
-            };
-            let maps = scene.materials.iter().flat_map(|material| material.maps.values());
-            let maps: BTreeSet<String> = maps.map(|map| format!("{:?}", map.picture)).collect();
-            let image = spans(Arc::new(scene), &view(&camera, 120, 120));
-            (maps.len(), colors(&image, Filter::default()))
-        };
-        let (maps, with) = shown(true);
-        let (none, without) = shown(false);
-        assert_eq!((maps, none), (14, 0));
-        let kinds = |c: &[Vec<f32>; 3]| {
-            let all = (0..c[0].len()).map(|at| [0, 1, 2].map(|k| (c[k][at] * 40.0) as u32));
-            all.collect::<BTreeSet<_>>().len()
-        };
-        assert!(kinds(&with) > 3 * kinds(&without), "{} and {}", kinds(&with), kinds(&without));
-    }
-    // Of Yokosuka only the photographs are in a format that is read: each on a wall keeps its mean.
-    let Some(folder) = data::find("city/52397519_bldg_6697_appearance") else { return };
-    let photographs = data::files(&folder, &[".jpg"]);
-    assert_eq!(photographs.len(), 3);
-    for path in photographs {
-        let material = mapped("color", map(&path.to_string_lossy(), Mapping::default()), unlit());
-        let image = spans(made(&[(floor(1.0), material)]), &above(2.0, 32));
-        let seen = colors(&image, Filter::Exact);
-        let picture = file::read(&path).unwrap();
-        for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
-            let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
-            let (shown, held) = (mean(&seen[k]), mean(picture.float(name).unwrap()));
-            assert!((shown / held - 1.0).abs() < 0.01, "{}: {shown} {held}", path.display());
-        }
-    }
 }

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use crate::camera::{Plane, View};
 use crate::color::Color;
 use crate::error::{Error, FirstError, Result};
-use crate::fragment::{Batch, Columns, FAR, Fragments, Sight, Surfaces, stack};
+use crate::fragment::{Batch, Columns, FAR, Fragments, Sight, Surfaces, beyond, stack};
 use crate::image::{Image, Samples, Window};
 use crate::key::Key;
 use crate::light::Lamp;
@@ -157,6 +157,8 @@ fn elevation(way: DVec3) -> f64 {
 struct Backdrop {
     show: Show,
     strength: Color,
+    /// Along the view axis, in metres.
+    distance: f64,
     fault: FirstError,
 }
 
@@ -233,8 +235,8 @@ impl Surfaces for Backdrop {
         String::new()
     }
 
-    fn beyond(&self) -> Option<u32> {
-        Some(0)
+    fn beyond(&self) -> Option<(u32, f64)> {
+        Some((0, self.distance))
     }
 
     fn fault(&self) -> Option<Error> {
@@ -270,7 +272,8 @@ pub fn image(
     if !distance.is_finite() || (!view.is_parallel() && distance <= 0.0) {
         return Err(Error::invalid(format!("`distance` is {distance} m: it must be above 0")));
     }
-    let surfaces = Backdrop { show, strength: stand.strength, fault: FirstError::default() };
+    let fault = FirstError::default();
+    let surfaces = Backdrop { show, strength: stand.strength, distance, fault };
     let is_translucent = !surfaces.is_opaque();
     let [left, top, right, bottom] = view.window();
     let corners = [[left, top], [right, top], [right, bottom], [left, bottom]].map(DVec2::from);
@@ -302,51 +305,34 @@ pub fn image(
 }
 
 /// What stands behind an image in all directions, as a panorama of so many rows, twice as wide, with colour and
-/// alpha: its first backdrop, with all that was done to it. Its middle lies towards -z, its top is the zenith; a
-/// camera's place counts only for programs that ask where they are.
+/// alpha: its backdrops over each other, each with all that was done to it. Its middle lies towards -z, its top is the
+/// zenith; a camera's place counts only for programs that ask where they are.
 ///
 /// # Errors
 /// If nothing stands behind the image, or it cannot be computed.
 pub fn panorama(image: &SpanImage, rows: u32) -> Result<Image> {
-    let behind =
-        image.sources().iter().find_map(|source| Some((source, source.surfaces.beyond()?)));
-    let Some((source, ordinal)) = behind else {
+    let behind = beyond(image.sources().iter().map(|source| &*source.surfaces));
+    if behind.is_empty() {
         return Err(Error::invalid("nothing stands behind this image: give it a Background"));
-    };
+    }
     let columns = 2 * rows;
-    let view = image.view();
-    let from = view.camera().position;
-    let step = PI / f64::from(rows);
-    let panorama_size = DVec2::new(f64::from(columns), f64::from(rows));
-    let raster = view.raster();
-    let raster_size = DVec2::new(f64::from(raster.width), f64::from(raster.height));
-    let row = |row: u32| -> Vec<[f32; 4]> {
-        let mut fragments = Fragments::new(view);
-        fragments.label.clone_from(&source.label);
-        let up = FRAC_PI_2 - (f64::from(row) + 0.5) * step;
-        let mut sight = Sight { turns: 1, ..Sight::default() };
-        for column in 0..columns {
-            let round = (f64::from(column) + 0.5) * step - PI;
-            let level = math::cos(up);
-            let way =
-                DVec3::new(level * math::sin(round), math::sin(up), -level * math::cos(round));
-            // The place in the panorama, as a share of the picture at hand.
-            let place = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
-            let DVec2 { x, y } = place / panorama_size * raster_size;
-            fragments.push(ordinal, true, x, y, view.depth(FAR));
-            fragments.position.push(from + way * FAR);
-            sight.from.push(from);
-            sight.weight.push(Color::WHITE);
-            sight.before.push(0.0);
-            sight.width.push((FAR * step) as f32);
+    let row = |row: u32| {
+        let mut shown = vec![[0.0f32; 4]; columns as usize];
+        for (at, face) in &behind {
+            let source = &image.sources()[*at];
+            let mut fragments = all_round(image.view(), *face, row, rows);
+            fragments.label.clone_from(&source.label);
+            stack::shade(&source.stack, &*source.surfaces, &Alone, &mut fragments);
+            for (i, shown) in shown.iter_mut().enumerate() {
+                let (color, share) = (fragments.color[i], fragments.alpha[i] * (1.0 - shown[3]));
+                let [r, g, b] = color.to_array().map(|value| value * share);
+                shown.iter_mut().zip([r, g, b, share]).for_each(|(sum, part)| *sum += part);
+            }
         }
-        fragments.sight = Some(sight);
-        stack::shade(&source.stack, &*source.surfaces, &Alone, &mut fragments);
-        let shown = fragments.color.iter().zip(&fragments.alpha);
-        shown.map(|(c, a)| [c.r * a, c.g * a, c.b * a, *a]).collect()
+        shown
     };
     let pixels: Vec<[f32; 4]> = (0..rows).into_par_iter().flat_map_iter(row).collect();
-    if let Some(fault) = source.surfaces.fault() {
+    if let Some(fault) = behind.iter().find_map(|(at, _)| image.sources()[*at].surfaces.fault()) {
         return Err(fault);
     }
     let mut made = Image::new((columns, rows), Window::whole(columns, rows));
@@ -354,6 +340,33 @@ pub fn panorama(image: &SpanImage, rows: u32) -> Result<Image> {
         made.insert(name, Samples::Float(pixels.iter().map(|pixel| pixel[k]).collect()))?;
     }
     Ok(made)
+}
+
+/// The fragments of a face that is seen in all directions of a row of a panorama.
+fn all_round(view: &View, face: u32, row: u32, rows: u32) -> Fragments<'_> {
+    let mut fragments = Fragments::new(view);
+    let mut sight = Sight { turns: 1, ..Sight::default() };
+    let from = view.camera().position;
+    let step = PI / f64::from(rows);
+    let panorama = DVec2::new(f64::from(2 * rows), f64::from(rows));
+    let raster = DVec2::new(f64::from(view.raster().width), f64::from(view.raster().height));
+    let up = FRAC_PI_2 - (f64::from(row) + 0.5) * step;
+    for column in 0..2 * rows {
+        let round = (f64::from(column) + 0.5) * step - PI;
+        let level = math::cos(up);
+        let way = DVec3::new(level * math::sin(round), math::sin(up), -level * math::cos(round));
+        // The place in the panorama, as a share of the picture at hand.
+        let place = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+        let DVec2 { x, y } = place / panorama * raster;
+        fragments.push(face, true, x, y, view.depth(FAR));
+        fragments.position.push(from + way * FAR);
+        sight.from.push(from);
+        sight.weight.push(Color::WHITE);
+        sight.before.push(0.0);
+        sight.width.push((FAR * step) as f32);
+    }
+    fragments.sight = Some(sight);
+    fragments
 }
 
 /// Fragments with nothing around them.

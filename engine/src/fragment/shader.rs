@@ -24,10 +24,10 @@ pub trait Shader: Send + Sync + Debug {
         Columns::ALL
     }
 
-    /// Whether it may let more of what lies behind be seen than there was before. If nothing does, what is hidden
-    /// behind many layers is not shaded at all.
-    fn lessens_alpha(&self) -> bool {
-        true
+    /// What it does to how much surfaces hide. If nothing lets more be seen, what is hidden behind many layers is not
+    /// shaded at all.
+    fn hiding(&self) -> Hiding {
+        Hiding::Changes
     }
 
     /// The names of the [layers](Fragments::layers) that it makes.
@@ -53,6 +53,17 @@ pub trait Shader: Send + Sync + Debug {
     /// Changes the fragments' columns. Every column in [`reads`](Shader::reads), and the colour, is
     /// filled.
     fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>);
+}
+
+/// What a shader does to how much surfaces hide of what lies behind them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Hiding {
+    /// They hide as much as before.
+    Keeps,
+    /// They hide as much or more: what let all through may be seen.
+    Raises,
+    /// They may hide more or less.
+    Changes,
 }
 
 /// What a shader may know beside its fragments.

@@ -56,8 +56,9 @@ pub trait Surfaces: Any + Send + Sync + Debug {
         Fragments::one(view, met).first_alpha(self)
     }
 
-    /// The face that rays see which meet nothing, if there is one.
-    fn beyond(&self) -> Option<u32> {
+    /// The face that rays see which meet nothing, if there is one, and how far away it stands: of several the nearest
+    /// comes first.
+    fn beyond(&self) -> Option<(u32, f64)> {
         None
     }
 

@@ -36,6 +36,15 @@ pub struct World {
     is_missing: bool,
 }
 
+/// Of surfaces, those that are seen where nothing is met, the nearest first: their places, and the face of each.
+pub fn beyond<'a>(surfaces: impl Iterator<Item = &'a dyn Surfaces>) -> Vec<(usize, u32)> {
+    let all = surfaces.enumerate().filter_map(|(at, surfaces)| Some((at, surfaces.beyond()?)));
+    let mut all: Vec<(usize, (u32, f64))> = all.collect();
+    // Where two coincide, the later is seen, as in the merge.
+    all.sort_by(|(i, (_, a)), (k, (_, b))| a.total_cmp(b).then(k.cmp(i)));
+    all.into_iter().map(|(at, (face, _))| (at, face)).collect()
+}
+
 impl World {
     /// A world of sources.
     pub fn new(members: Vec<Member>) -> World {
@@ -85,10 +94,10 @@ impl World {
             .filter_map(|at| self.members[*at].surfaces.casters().map(|casters| (*at, casters)))
     }
 
-    /// The first source that is seen where nothing is met: its place among the members, and the face.
-    pub fn beyond(&self) -> Option<(usize, u32)> {
-        let mut members = self.members.iter().enumerate();
-        members.find_map(|(at, member)| Some((at, member.surfaces.beyond()?)))
+    /// The sources that are seen where nothing is met, the nearest first: their places among the members, and the
+    /// face of each.
+    pub fn beyond(&self) -> Vec<(usize, u32)> {
+        beyond(self.members.iter().map(|member| &*member.surfaces))
     }
 
     /// Whether all of it is there.

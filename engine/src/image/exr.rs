@@ -9,9 +9,9 @@ use exr::image::write::layers::{LayersWriter, WritableLayers};
 use exr::meta::MetaData;
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Image as ExrImage,
-    ImageAttributes, IntegerBounds, Layer, LayerAttributes, ReadChannels, ReadLayers, SmallVec,
-    Text, Vec2, f16,
+    AnyChannel, AnyChannels, ChannelDescription, Compression, Encoding, FlatSamples,
+    Image as ExrImage, ImageAttributes, IntegerBounds, Layer, LayerAttributes, ReadChannels,
+    ReadLayers, SampleType, SmallVec, Text, Vec2, f16,
 };
 use rayon::prelude::*;
 use std::io::{Cursor, Seek, Write};
@@ -27,7 +27,7 @@ const NAMES: &str = "spandrel/names";
 /// Blocks of 16 rows that are packed at once.
 const BLOCKS: usize = 64;
 
-/// Pixels around the layers of a file, beyond which they must fill a quarter of it.
+/// Samples of the window around all layers of a file, beyond which the layers must fill a quarter of it.
 const MOST_APART: usize = 1 << 26;
 
 /// Bytes that one byte of a deflated file can stand for, at most.
@@ -95,16 +95,24 @@ pub(super) fn read(path: &Path) -> Result<Image> {
     let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
     let fault = |e: exr::error::Error| Error::in_file(path, format!("not a sound EXR file: {e}"));
     let meta = MetaData::read_from_buffered(Cursor::new(&bytes), true).map_err(fault)?;
+    // Bytes before they were deflated, of all layers.
+    let mut all = 0u64;
     for header in &meta.headers {
+        if header.deep {
+            return Err(Error::in_file(path, "a deep EXR: pictures are read from flat ones"));
+        }
         let Vec2(width, height) = header.layer_size;
         let samples = (width as u64).saturating_mul(height as u64);
-        let all = samples.saturating_mul(4 * header.channels.list.len() as u64);
+        let size = |channel: &ChannelDescription| match (channel.sample_type, header.compression) {
+            (SampleType::F16, _) => 2,
+            (SampleType::F32, Compression::PXR24) => 3,
+            (SampleType::F32 | SampleType::U32, _) => 4,
+        };
+        let of_pixel: u64 = header.channels.list.iter().map(size).sum();
+        all = all.saturating_add(samples.saturating_mul(of_pixel));
         if all > MOST_DEFLATED * bytes.len() as u64 {
             let message = format!("{width} by {height} pixels cannot be in {} bytes", bytes.len());
             return Err(Error::in_file(path, message));
-        }
-        if header.deep {
-            return Err(Error::in_file(path, "a deep EXR: pictures are read from flat ones"));
         }
     }
     let image = exr::prelude::read()
@@ -144,8 +152,11 @@ pub(super) fn read(path: &Path) -> Result<Image> {
         width: columns.end - columns.start,
         height: rows.end - rows.start,
     };
-    let held: usize = image.layer_data.iter().map(|layer| layer.size.area()).sum();
-    if window.area() > MOST_APART.max(4 * held) {
+    // Samples of the file, and of all its channels over the whole window.
+    let channels = |layer: &Layer<AnyChannels<FlatSamples>>| layer.channel_data.list.len();
+    let held = image.layer_data.iter().map(|layer| layer.size.area() * channels(layer)).sum();
+    let count: usize = image.layer_data.iter().map(channels).sum();
+    if window.area().saturating_mul(count) > MOST_APART.max(4usize.saturating_mul(held)) {
         return Err(Error::in_file(
             path,
             "its layers are small and lie far apart: read them one by one",

@@ -4,13 +4,13 @@
 //! that cross, and each names all of them: their number grows with the cube. Nearly all of it is never seen. So where
 //! layers are many, those of a row are looked through first, pixel by pixel: from the nearest on, each that covers
 //! the pixel whole is asked how much it hides. What lies behind all of them where next to nothing is let through,
-//! and what hides nothing there itself, takes no part in the row.
+//! and what hides nothing there itself and stays so, takes no part in the row.
 
 use glam::DVec2;
 use std::ops::Range;
 
 use super::rule::Framing;
-use crate::fragment::{Columns, Fragments, Stage};
+use crate::fragment::{Columns, Fragments, Hiding, Stage};
 use crate::span::layer::Segment;
 use crate::span::{FaceId, Source, SpanImage};
 
@@ -27,11 +27,23 @@ const MOST_SCALE: f64 = 16.0;
 pub(super) struct Hidden<'a> {
     image: &'a SpanImage,
     framing: &'a Framing,
-    /// The cells between the pixels of a row.
+    /// The first column that a pixel of the picture may show: a filter reaches beyond it.
+    first: i64,
+    /// The cells between the pixels of a row, from the first column on.
     borders: Vec<u32>,
+    /// By source, whether what hides nothing by itself stays so.
+    stays_clear: Vec<bool>,
+    /// The row at hand.
+    row: u32,
+    /// What was looked through for it: the rows in which its lines lie.
+    looked: Vec<Looked>,
+}
+
+/// What is not seen in a row.
+struct Looked {
+    row: i64,
     /// By pixel, the faces that are not seen in it, in their order.
     unseen: Vec<Vec<FaceId>>,
-    is_any: bool,
 }
 
 /// A face in a pixel.
@@ -61,31 +73,61 @@ struct Column {
 impl<'a> Hidden<'a> {
     /// For the rows of a picture. `None` if what surfaces hide does not stay hidden, as something is done to them.
     pub(super) fn new(image: &'a SpanImage, framing: &'a Framing) -> Option<Hidden<'a>> {
-        let lessens = |stage: &Stage| match stage {
-            Stage::Shade(shading) => shading.shader().lessens_alpha(),
-            Stage::Place(_) | Stage::Kept(_) => false,
+        let hiding = |source: &Source| {
+            let does = source.stack.iter().map(|stage| match stage {
+                Stage::Shade(shading) => shading.shader().hiding(),
+                Stage::Place(_) | Stage::Kept(_) => Hiding::Keeps,
+            });
+            let is_held = source.matte.is_some() || !source.held.is_empty();
+            if is_held { Hiding::Changes } else { does.max().unwrap_or(Hiding::Keeps) }
         };
-        let hides = |source: &Source| {
-            source.matte.is_none() && source.held.is_empty() && !source.stack.iter().any(lessens)
-        };
-        if !image.sources().iter().all(|source| hides(source)) {
+        let all: Vec<Hiding> = image.sources().iter().map(|source| hiding(source)).collect();
+        if all.contains(&Hiding::Changes) {
             return None;
         }
+        let stays_clear = all.into_iter().map(|hiding| hiding == Hiding::Keeps).collect();
         let raster = image.view().raster();
-        let border =
-            |column: u32| raster.cell((f64::from(column) - framing.pan.x) / framing.scale.x);
-        let borders = (framing.columns.start..=framing.columns.end).map(border).collect();
-        Some(Hidden { image, framing, borders, unseen: Vec::new(), is_any: false })
+        let beyond = (framing.filter.radius() - 0.5).ceil() as i64;
+        let first = i64::from(framing.columns.start) - beyond;
+        let border = |column: i64| raster.cell((column as f64 - framing.pan.x) / framing.scale.x);
+        let borders = (first..=i64::from(framing.columns.end) + beyond).map(border).collect();
+        let looked = Vec::new();
+        Some(Hidden { image, framing, first, borders, stays_clear, row: 0, looked })
+    }
+
+    /// The row of the picture in which a line at `y` is looked through: the one at hand if its strip reaches into it,
+    /// else, for a filter that reaches beyond, the nearest that it does.
+    fn row_of(&self, y: f64) -> i64 {
+        let Framing { scale, pan, .. } = self.framing;
+        let half = 0.5 / f64::from(self.image.plan().per_row) * scale.y;
+        let place = y * scale.y + pan.y;
+        let (first, last) = ((place - half).floor(), (place + half).ceil() - 1.0);
+        f64::from(self.row).clamp(first, last.max(first)) as i64
     }
 
     /// Looks through the layers of a row, given by its lines.
     pub(super) fn look(&mut self, row: u32, lines: &[u32]) {
-        self.is_any = false;
+        self.row = row;
+        self.looked.clear();
         let scale = self.framing.scale.x;
         let is_deep = |k: &u32| self.image.layers().line(*k).len() > FEW;
         if !lines.iter().any(is_deep) || !(1.0 / MOST_SCALE..=MOST_SCALE).contains(&scale) {
             return;
         }
+        let mut of_rows: Vec<(i64, u32)> =
+            lines.iter().map(|k| (self.row_of(self.image.y(*k)), *k)).collect();
+        of_rows.sort_unstable();
+        for of_row in of_rows.chunk_by(|a, b| a.0 == b.0) {
+            let lines: Vec<u32> = of_row.iter().map(|(_, k)| *k).collect();
+            let unseen = self.unseen(of_row[0].0, &lines);
+            if unseen.iter().any(|faces| !faces.is_empty()) {
+                self.looked.push(Looked { row: of_row[0].0, unseen });
+            }
+        }
+    }
+
+    /// By pixel of a row, the faces that are not seen in it, as lines of it tell.
+    fn unseen(&self, row: i64, lines: &[u32]) -> Vec<Vec<FaceId>> {
         let mut entries = self.entries(lines);
         let mut columns: Vec<(u32, Column)> = Vec::new();
         let mut first = 0;
@@ -103,16 +145,15 @@ impl<'a> Hidden<'a> {
         }
         let count = lines.len() as u32;
         while self.ask(row, count, &entries, &mut columns) {}
-        self.unseen.resize_with(self.borders.len() - 1, Vec::new);
-        self.unseen.iter_mut().for_each(Vec::clear);
+        let mut unseen = vec![Vec::new(); self.borders.len() - 1];
         for (at, mut column) in columns {
             let behind = entries[column.faces].iter().filter(|entry| entry.most < column.end);
             column.unseen.extend(behind.map(|entry| entry.face));
             column.unseen.sort_unstable();
             column.unseen.dedup();
-            self.is_any |= !column.unseen.is_empty();
-            self.unseen[at as usize] = column.unseen;
+            unseen[at as usize] = column.unseen;
         }
+        unseen
     }
 
     /// The faces of layers in the pixels of a row, by pixel.
@@ -156,7 +197,7 @@ impl<'a> Hidden<'a> {
     }
 
     /// Asks the next face of each pixel that is not done how much it hides. False if all are done.
-    fn ask(&self, row: u32, lines: u32, entries: &[Entry], columns: &mut [(u32, Column)]) -> bool {
+    fn ask(&self, row: i64, lines: u32, entries: &[Entry], columns: &mut [(u32, Column)]) -> bool {
         let Hidden { image, framing, .. } = self;
         let mut batches: Vec<(Fragments<'_>, Vec<usize>)> = Vec::new();
         batches.resize_with(image.sources().len(), || (Fragments::new(image.view()), Vec::new()));
@@ -173,7 +214,7 @@ impl<'a> Hidden<'a> {
             column.next += skipped;
             let (source, place) = image.locate(entries[column.next].face);
             let face = &image.sources()[source].faces.faces()[place];
-            let middle = DVec2::new(f64::from(framing.columns.start + *at), f64::from(row)) + 0.5;
+            let middle = DVec2::new((self.first + i64::from(*at)) as f64, row as f64) + 0.5;
             let DVec2 { x, y } = (middle - framing.pan) / framing.scale;
             let (batch, numbers) = &mut batches[source];
             batch.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
@@ -192,7 +233,9 @@ impl<'a> Hidden<'a> {
                 let entry = &entries[column.next];
                 column.next += 1;
                 if alpha < LEAST_THROUGH {
-                    column.unseen.push(entry.face);
+                    if self.stays_clear[source] {
+                        column.unseen.push(entry.face);
+                    }
                     continue;
                 }
                 column.through *= 1.0 - alpha;
@@ -204,18 +247,20 @@ impl<'a> Hidden<'a> {
         is_any
     }
 
-    /// The segments of a line, or pieces of them, that are seen. Appends to `out`.
-    pub(super) fn seen(&self, segments: &[Segment], out: &mut Vec<Segment>) {
-        if !self.is_any {
+    /// The segments of a line at `y` of the row at hand, or pieces of them, that are seen. Appends to `out`.
+    pub(super) fn seen(&self, y: f64, segments: &[Segment], out: &mut Vec<Segment>) {
+        let row = self.row_of(y);
+        let Some(Looked { unseen, .. }) = self.looked.iter().find(|looked| looked.row == row)
+        else {
             out.extend_from_slice(segments);
             return;
-        }
+        };
         for segment in segments {
             let Segment { start, face, end } = *segment;
             // From where on it is seen.
             let mut from = start;
             let first = self.borders.partition_point(|border| *border <= start).saturating_sub(1);
-            for (column, unseen) in self.unseen.iter().enumerate().skip(first) {
+            for (column, unseen) in unseen.iter().enumerate().skip(first) {
                 let [left, right] = [self.borders[column], self.borders[column + 1]];
                 if left >= end {
                     break;

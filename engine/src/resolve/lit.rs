@@ -283,7 +283,7 @@ impl<'a> Shadows<'a> {
                 hidden.look(of_row[0] / per_row, of_row);
                 for k in of_row {
                     let mut pieces = Vec::new();
-                    hidden.seen(layers.line(*k), &mut pieces);
+                    hidden.seen(self.image.y(*k), layers.line(*k), &mut pieces);
                     seen[(k - lines.start) as usize] = Cow::Owned(pieces);
                 }
             }

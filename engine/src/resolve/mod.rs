@@ -275,10 +275,8 @@ fn paint(
         .enumerate()
         .map_init(
             || {
-                let mut coverage = Coverage::new(image, rule, framing, index.as_ref());
-                if wants_color {
-                    coverage = coverage.without_hidden();
-                }
+                let mut coverage =
+                    Coverage::new(image, rule, framing, index.as_ref()).without_hidden();
                 if channels.contains(&Channel::Error) {
                     coverage = coverage.with_estimates();
                 }

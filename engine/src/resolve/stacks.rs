@@ -79,15 +79,15 @@ impl<'a> Stacks<'a> {
         }
         let Stacks { first, known, ids, line, segments, hidden } = self;
         line.clear();
+        let y = image.y(k);
         let layers = match hidden {
             Some(hidden) => {
                 segments.clear();
-                hidden.seen(layers, segments);
+                hidden.seen(y, layers, segments);
                 &*segments
             }
             None => layers,
         };
-        let y = image.y(k);
         let cells = image.view().raster().cells();
         let on_line = |face| image.on_line(face, y);
         let opaque = image.lines().line(k);

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::color::Color;
-use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
+use crate::fragment::{Around, Columns, Fragments, Hiding, Layers, Shader};
 use crate::light::Lamp;
 use crate::math;
 
@@ -97,8 +97,8 @@ impl Shader for Fog {
         Columns::COLOR | Columns::DEPTH
     }
 
-    fn lessens_alpha(&self) -> bool {
-        false
+    fn hiding(&self) -> Hiding {
+        Hiding::Keeps
     }
 
     fn changes(&self) -> Columns {

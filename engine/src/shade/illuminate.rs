@@ -10,7 +10,7 @@ use super::pattern::{Pattern, Spread};
 use super::{clipped, gloss};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Casting, Columns, Finish, Fragments, Gloss, Kept, Layers, Shader, World,
+    Around, Batch, Casting, Columns, Finish, Fragments, Gloss, Hiding, Kept, Layers, Shader, World,
 };
 use crate::key::KeyHasher;
 use crate::light::{Lamp, Light, Receiver, Sample};
@@ -111,8 +111,8 @@ impl Shader for Illuminate {
         reads
     }
 
-    fn lessens_alpha(&self) -> bool {
-        false
+    fn hiding(&self) -> Hiding {
+        Hiding::Keeps
     }
 
     fn changes(&self) -> Columns {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
+use crate::fragment::{Around, Columns, Fragments, Hiding, Layers, Shader};
 use crate::packed;
 
 /// Gives surfaces the colour that a picture has where they are seen: the pixel's own, so that a picture of
@@ -91,8 +91,8 @@ impl Shader for PictureColors {
         Columns::COLOR | Columns::DEPTH
     }
 
-    fn lessens_alpha(&self) -> bool {
-        false
+    fn hiding(&self) -> Hiding {
+        Hiding::Keeps
     }
 
     fn changes(&self) -> Columns {

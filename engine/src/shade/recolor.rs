@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::color::Color;
-use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
+use crate::fragment::{Around, Columns, Fragments, Hiding, Layers, Shader};
 
 /// Changes colours: times `multiply`, plus `add`, towards grey or away from it by `saturation`.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -22,8 +22,8 @@ impl Shader for Recolor {
         Columns::COLOR
     }
 
-    fn lessens_alpha(&self) -> bool {
-        false
+    fn hiding(&self) -> Hiding {
+        Hiding::Keeps
     }
 
     fn changes(&self) -> Columns {

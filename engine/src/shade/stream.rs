@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::color::{Color, Kind};
-use crate::fragment::{Around, Columns, Fragments, Layers, Shader};
+use crate::fragment::{Around, Columns, Fragments, Hiding, Layers, Shader};
 use crate::key::Key;
 use crate::stream::{Fault, Parameter, Program, Variable};
 use crate::text::names_object;
@@ -83,8 +83,8 @@ impl Shader for Stream {
         self.program.reads().map(one).fold(Columns::COLOR | made, |all, one| all | one)
     }
 
-    fn lessens_alpha(&self) -> bool {
-        self.program.makes()[1]
+    fn hiding(&self) -> Hiding {
+        if self.program.makes()[1] { Hiding::Changes } else { Hiding::Keeps }
     }
 
     fn makes_channels(&self) -> Vec<(String, Kind)> {

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use super::pattern::{Pattern, Spread};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Columns, FAR, Finish, Fragments, Kept, Layers, Meeting, Member, Optics, Shader,
-    Sight, Stage, World, stack,
+    Around, Batch, Columns, FAR, Finish, Fragments, Hiding, Kept, Layers, Meeting, Member, Optics,
+    Shader, Sight, Stage, World, stack,
 };
 use crate::key::{Key, KeyHasher};
 use crate::light::Lamp;
@@ -92,8 +92,8 @@ impl Shader for Trace {
         Columns::COLOR | Columns::FINISH | Columns::NORMAL | Columns::FACING | Columns::TRACED
     }
 
-    fn lessens_alpha(&self) -> bool {
-        false
+    fn hiding(&self) -> Hiding {
+        Hiding::Raises
     }
 
     fn changes(&self) -> Columns {
@@ -248,13 +248,20 @@ impl Trace {
                     break;
                 }
             }
-            if let Some((_, ordinal)) = beyond
-                && left > self.least
-            {
-                let position = ray.at(FAR);
-                let (ray, caster, way) = (number as u32, members.len() as u32, FAR as f32);
+            for (place, (member, ordinal)) in beyond.iter().enumerate() {
+                if left <= self.least {
+                    break;
+                }
+                let (ordinal, sees_front, position) = (*ordinal, true, ray.at(FAR));
+                let (caster, way) = ((members.len() + place) as u32, FAR as f32);
                 let width = (FAR * fragments.view.pixel_width(0.0).1 * fragments.pixel.x) as f32;
-                all.push(Met { ray, caster, ordinal, sees_front: true, way, position, width });
+                let ray = number as u32;
+                all.push(Met { ray, caster, ordinal, sees_front, way, position, width });
+                if place + 1 < beyond.len() {
+                    let from = followed.origin;
+                    let met = Meeting { ordinal, sees_front, from, position, width };
+                    left *= 1.0 - world.members()[*member].surfaces.alpha_at(fragments.view, &met);
+                }
             }
         }
         let all = Arc::new(all);
@@ -273,7 +280,8 @@ impl Trace {
     ) {
         let casters = world.casters().map(|(member, _)| member);
         // What is beyond them all stands at the end.
-        let members: Vec<usize> = casters.chain(world.beyond().map(|(member, _)| member)).collect();
+        let beyond = world.beyond().into_iter().map(|(member, _)| member);
+        let members: Vec<usize> = casters.chain(beyond).collect();
         let mut groups: Vec<Group<'_>> = Vec::new();
         for (place, met) in met.iter().enumerate() {
             let member = members[met.caster as usize];

@@ -11,23 +11,22 @@
 //! and some dozens of pixels wide, and the light. The spans of the image are not cut: intervals stand beside
 //! them, light by light, and fragments take the share of their area that is lit.
 
+mod piece;
+
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
 
 use crate::camera::{Plane, View};
-use crate::fragment::{Casting, Meeting, Stage, Surfaces, World, stack};
+use crate::fragment::{Casting, Stage, Surfaces, World, stack};
 use crate::span::layer::Segment;
 use crate::span::{FaceId, SpanImage};
 use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, Turn, spaces_of};
+pub use piece::{Way, lies_in, opacity};
 
 /// The width of a patch in pixels. Narrower, there are more patches to look for; wider, each has more
 /// casters around it.
 const TILE: f64 = 128.0;
-
-/// How far the corners of a piece may leave the plane of a face, as a share of its size, to lie in it and
-/// cast no shadow on it.
-pub const IN_PLANE: f64 = 1e-7;
 
 /// An end of a shadow on a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -473,57 +472,6 @@ impl Patch<'_> {
             Way { from, along, position: from + along * way, width: width as f32 }
         })
     }
-}
-
-/// A way of light to a receiver, as far as a piece that it meets.
-pub struct Way {
-    /// The receiver, in metres.
-    pub from: DVec3,
-    /// Towards the light.
-    pub along: DVec3,
-    /// Where it meets the piece.
-    pub position: DVec3,
-    /// The width of what the way stands for there, in metres.
-    pub width: f32,
-}
-
-/// How much of the light on a way a piece holds back; where that differs from place to place, `met` says
-/// the way.
-#[inline]
-pub fn opacity(
-    surfaces: &dyn Surfaces,
-    view: &View,
-    casters: &Casters,
-    piece: usize,
-    met: impl FnOnce() -> Way,
-) -> f32 {
-    let known = &casters.pieces()[piece];
-    if !known.opacity.is_nan() {
-        return known.opacity;
-    }
-    let Way { from, along, position, width } = met();
-    // A card shows its front to whoever looks.
-    let sees_front = casters.card(piece).is_some()
-        || casters.normal(piece, Toward::Direction(-along)).dot(along) < 0.0;
-    let met = Meeting { ordinal: known.face, sees_front, from, position, width };
-    surfaces.alpha_at(view, &met)
-}
-
-/// Whether a piece lies in the plane of a face, as a share of how far it reaches from the point that the plane is given
-/// by: a corner may be that very point, but for rounding. A card does that turns about a line in it: it casts nothing on
-/// itself as it is seen.
-pub fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3)) -> bool {
-    if let Some(card) = casters.card(piece) {
-        let from = card.middle() - point;
-        return normal.dot(from).abs() <= IN_PLANE * (from.length() + card.height);
-    }
-    // No card turns.
-    let corners = casters.corners(piece, Toward::Direction(DVec3::Y));
-    let (off, reach) = corners.fold((0.0f64, 0.0f64), |(off, reach), corner| {
-        let from = corner - point;
-        (off.max(normal.dot(from).abs()), reach.max(from.length_squared()))
-    });
-    off <= IN_PLANE * reach.sqrt()
 }
 
 /// The part of a span inside all sides.

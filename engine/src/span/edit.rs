@@ -173,6 +173,17 @@ impl SpanImage {
         Ok(moved.with_again(again))
     }
 
+    /// The image's rows that are named: others may have asked for more.
+    #[must_use]
+    pub fn of_rows(&self, rows: &Rows) -> SpanImage {
+        if *rows == self.rows() {
+            return self.clone();
+        }
+        let held = self.lines().range();
+        let same = |k: u32| held.contains(&k).then_some(k);
+        self.shifted(self.over(rows.clone()), 0, same).with_again(self.again().cloned())
+    }
+
     /// The lines `source` of this image moved right by `step` cells, in `frame`.
     fn shifted(
         &self,

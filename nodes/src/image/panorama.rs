@@ -10,8 +10,8 @@ use spandrel_engine::resolve::Rule;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lines, Picture};
 
-/// What stands behind everything, seen in all directions: the first `Background` of an image of spans with all that
-/// programs drew on it, as a panorama twice as wide as high. Its middle lies towards -z, its top is the zenith.
+/// What stands behind everything, seen in all directions: the `Background`s of an image of spans over each other, with all that
+/// programs drew on them, as a panorama twice as wide as high. Its middle lies towards -z, its top is the zenith.
 /// `PanoramaLight` lights with it; `Background(by: Direction)` shows it.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]

@@ -175,6 +175,11 @@ impl Node for Billboards {
             heights.0 > 0.0 && heights.0 <= heights.1 && heights.1.is_finite()
         };
         let count = self.pictures.len() as u32;
+        let is_planted = !(self.trees.is_empty() && self.rows.is_empty() && self.areas.is_empty());
+        if is_planted && count == 0 {
+            let what = "give cut-out photographs for what is planted: there are none";
+            return Err(FieldError::new("pictures", what));
+        }
         let all = self.trees.iter().map(|(picture, ..)| picture);
         let all = all.chain(self.rows.iter().flat_map(|row| &row.pictures));
         let mut all = all.chain(self.areas.iter().flat_map(|area| &area.pictures));

@@ -33,9 +33,9 @@ impl Node for DepthMerge {
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
-        let images: Vec<SpanImage> =
-            self.inputs.iter().map(|input| SpanImage::clone(&inputs.get(input))).collect();
+    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+        let rows = |input: &Link<SpanImage>| inputs.get(input).of_rows(&wanted.rows);
+        let images: Vec<SpanImage> = self.inputs.iter().map(rows).collect();
         SpanImage::merge(&images)
     }
 

@@ -41,11 +41,12 @@ impl Node for Holdout {
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let keep = match self.keep {
             Kept::Outside => Keep::Outside,
             Kept::Inside => Keep::Inside,
         };
-        inputs.get(&self.image).held(&inputs.get(&self.matte), keep)
+        let rows = |link: &Link<SpanImage>| inputs.get(link).of_rows(&wanted.rows);
+        rows(&self.image).held(&rows(&self.matte), keep)
     }
 }

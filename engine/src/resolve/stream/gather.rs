@@ -14,9 +14,9 @@ use crate::span::{FaceId, SpanImage};
 /// Fragments shaded in one batch, about.
 const BATCH: usize = 4096;
 
-/// By pixel and face, the place among fragments of those that lie over each other: a face is shaded once in a pixel,
-/// however many stacks there it is in.
-type Laid = HashMap<(usize, FaceId), usize>;
+/// By pixel and face, the place among fragments of those that lie over each other, and the areas so far, whatever their
+/// sign: a face is shaded once in a pixel, however many stacks there it is in.
+type Laid = HashMap<(usize, FaceId), (usize, f32)>;
 
 /// The fragments of a band of rows.
 #[derive(Debug, Default)]
@@ -197,10 +197,12 @@ impl Stream<'_> {
                 let (source, _) = self.image.locate(*face);
                 let group = &mut gathered.layered[source];
                 let point = Point { face: *face, ..at };
-                let index = *laid.entry((pixel, *face)).or_insert(group.ordinal.len());
+                let known = laid.entry((pixel, *face)).or_insert((group.ordinal.len(), 0.0));
+                known.1 += area.abs();
+                let (index, all) = *known;
                 gathered.members.push(Member { point, source, index });
                 if index < group.ordinal.len() {
-                    group.widen(self.image, index, point, area);
+                    group.widen(self.image, index, point, (area, all));
                 } else {
                     group.push(self.image, point, row, column, area == 1.0);
                     group.pixels.push((pixel as u32, area));
@@ -235,12 +237,12 @@ impl Group {
             + size_of_val(&*self.pixels)
     }
 
-    /// Adds an area at a point to what a fragment covers: it is shaded in the middle of all.
-    fn widen(&mut self, image: &SpanImage, index: usize, point: Point, area: f32) {
+    /// Adds an area at a point to what a fragment covers: it is shaded in the middle of all. Filters have areas below
+    /// 0; they draw it as those above do.
+    fn widen(&mut self, image: &SpanImage, index: usize, point: Point, (area, all): (f32, f32)) {
         let (_, face) = image.face(point.face);
-        let (_, covered) = &mut self.pixels[index];
-        *covered += area;
-        let share = f64::from(area / *covered);
+        self.pixels[index].1 += area;
+        let share = if all > 0.0 { f64::from(area.abs() / all) } else { 0.0 };
         let place = [point.x, point.y, face.plane.depth(point.x, point.y)];
         for (column, value) in self.points.iter_mut().zip(place) {
             column[index] += (value - column[index]) * share;

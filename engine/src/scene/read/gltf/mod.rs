@@ -25,7 +25,13 @@ use crate::texture::Mapping;
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let (file, blob) = parse::parse(reader, bytes)?;
     let buffers = Buffers::new(&file, blob);
-    let mut builder = Builder { reader, buffers, material_names: Vec::new(), uv_sets: Vec::new() };
+    let mut builder = Builder {
+        reader,
+        buffers,
+        material_names: Vec::new(),
+        uv_sets: Vec::new(),
+        is_mapped: Vec::new(),
+    };
     let mut document = Document::default();
     let mut names = Names::default();
     for material in file.materials() {
@@ -96,6 +102,8 @@ struct Builder<'a> {
     material_names: Vec<String>,
     /// By material, the texture coordinates that its pictures lie by.
     uv_sets: Vec<u32>,
+    /// By material, whether it has pictures.
+    is_mapped: Vec<bool>,
 }
 
 impl Builder<'_> {
@@ -161,6 +169,7 @@ impl Builder<'_> {
                 map("occlusion", info.index.value(), info.tex_coord, others, info.strength.0);
             }
         }
+        self.is_mapped.push(uv_set.is_some());
         self.uv_sets.push(uv_set.unwrap_or(0));
         let [glow_r, glow_g, glow_b] = material.emissive_factor();
         Material {
@@ -265,6 +274,12 @@ impl Builder<'_> {
         }
         if let Some(normals) = data.read_normals() {
             mesh.normals = normals.map(|n| Vec3::from(n).normalize_or_zero()).collect();
+        }
+        let is_mapped = primitive.material().index().is_some_and(|index| self.is_mapped[index]);
+        if is_mapped && primitive.get(&Semantic::TexCoords(uv_set)).is_none() {
+            self.reader.note(format!(
+                "{what} has no texture coordinates {uv_set}, by which its pictures lie: they lie by x and y"
+            ));
         }
         if let Some(uvs) = data.read_tex_coords(uv_set) {
             // glTF measures v downwards.

@@ -226,10 +226,12 @@ pub(super) fn placing(
     // There v goes down, and is stretched before it is turned; here v goes up, and is stretched afterwards. The two
     // can be exchanged where nothing is skewed.
     let (sin, cos) = (math::sin(rotation), math::cos(rotation));
-    let is_even = (x - y).abs() <= 1e-6 * x.abs().max(y.abs());
+    let is_even = (x.abs() - y.abs()).abs() <= 1e-6 * x.abs().max(y.abs());
+    // A turn goes the other way in a mirror.
+    let turn = if is_even && x * y < 0.0 { rotation } else { -rotation };
     let scale = match (cos.abs() > 1.0 - 1e-9, sin.abs() > 1.0 - 1e-9) {
-        (false, true) => DVec2::new(y, x),
         (is_straight, _) if is_straight || is_even => DVec2::new(x, y),
+        (_, true) => DVec2::new(y, x),
         _ => {
             return Err(
                 "KHR_texture_transform: it is turned and stretched unevenly, which skews it: give its vertices \
@@ -239,7 +241,7 @@ pub(super) fn placing(
         }
     };
     let offset = DVec2::new(left + sin * y, 1.0 - cos * y - up);
-    let mapping = Mapping { turn: -rotation.to_degrees(), scale, offset, ..plain };
+    let mapping = Mapping { turn: turn.to_degrees(), scale, offset, ..plain };
     mapping.check().map_err(|error| format!("KHR_texture_transform: {error}"))?;
     Ok((mapping, uv_set))
 }
