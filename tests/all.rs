@@ -33,5 +33,6 @@ mod span_file;
 mod span_file_bytes;
 mod stream;
 mod text_art;
+mod texture_memory;
 mod textures;
 mod traced;

@@ -10,12 +10,11 @@ use spandrel_engine::light::list::{MakeLamp, ParallelLight};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::read::text;
-use spandrel_engine::scene::{Mesh, Object, Scene, Shape, Step, Transform};
-use spandrel_engine::shade::Fog;
+use spandrel_engine::scene::{Face, Mesh, Object, Scene, Shape, Step, Transform};
+use spandrel_engine::shade::{Fog, Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::visible;
-use spandrel_tests::lights::illuminate;
-use spandrel_tests::lights::no_fog;
+use spandrel_tests::lights::{self, illuminate, no_fog};
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes;
 use std::collections::BTreeSet;
@@ -422,5 +421,59 @@ fn extreme_numbers_anywhere_in_a_scene_end_in_a_picture_or_an_error() {
         let pictures = ends.iter().filter(|drawn| **drawn).count();
         // Some are harmless, some are refused.
         assert!(pictures > ends.len() / 8 && pictures < ends.len(), "{pictures} of {}", ends.len());
+    }
+}
+
+#[test]
+fn walls_that_are_not_quite_flat_cast_no_shadow_on_themselves() {
+    // Coordinates of a survey, to a millimetre, far from the origin: a wall with windows, none of whose corners lies
+    // exactly in its plane, and a panel that is bent as little.
+    let mut random = Random::new(11);
+    let (east, north) = (678_000.0, 5_403_000.0);
+    let mut corner = |x: f64, y: f64| {
+        let off = (random.unit() - 0.5) * 1.4e-3;
+        DVec3::new(east + x, y, -north + off)
+    };
+    let mut wall = |low: (f64, f64), high: (f64, f64)| {
+        [(low.0, low.1), (high.0, low.1), (high.0, high.1), (low.0, high.1)]
+            .map(|(x, y)| corner(x, y))
+            .to_vec()
+    };
+    let mut mesh = Mesh::default();
+    let add = |mesh: &mut Mesh, points: Vec<DVec3>| -> Vec<u32> {
+        points.into_iter().map(|p| mesh.add_point(p)).collect()
+    };
+    let outline = add(&mut mesh, wall((0.0, 0.0), (16.0, 12.0)));
+    let mut holes = Vec::new();
+    for i in 0..5 {
+        for j in 0..4 {
+            let (x, y) = (1.5 + 3.0 * f64::from(i), 1.0 + 3.0 * f64::from(j));
+            let mut hole = add(&mut mesh, wall((x, y), (x + 1.2, y + 1.5)));
+            hole.reverse();
+            holes.push(hole);
+        }
+    }
+    mesh.add_face(Face { outline, holes, ..Face::default() }).unwrap();
+    let outline = add(&mut mesh, wall((18.0, 0.0), (34.0, 12.0)));
+    mesh.add_face(Face { outline, ..Face::default() }).unwrap();
+    let scene = scenes::scene("walls", mesh);
+    assert_eq!(scene.instances[0].geometry.mesh().face_count(), 2, "they count as flat");
+    let camera = Camera {
+        position: DVec3::new(east + 12.0, 9.0, -north + 30.0),
+        look_at: DVec3::new(east + 17.0, 6.0, -north),
+        ..Camera::default()
+    };
+    let image = render(&scene, &camera, (160, 90), Rule::Sloped(4));
+    let lit = |shadows: Shadows| {
+        let lamps = vec![lights::sun((-0.5, -0.4, -0.8), Color::WHITE)];
+        let light = Illuminate { shadows, ..illuminate(lamps, Color::BLACK, Color::BLACK) };
+        picture(&image.shaded(Arc::new(light)).unwrap(), Rule::Sloped(4))
+    };
+    let open = lit(Shadows::Off);
+    for shadows in [Shadows::Volumes, Shadows::Rays(4)] {
+        let shown = lit(shadows);
+        let pairs = open.float("R").unwrap().iter().zip(shown.float("R").unwrap());
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0f32, f32::max);
+        assert!(worst < 1e-6, "{shadows:?}: {worst}");
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::surfaces::object_name;
-use super::{Columns, Finish, Layers, Surfaces};
+use super::{Columns, Finish, Layers, Share, Shown, Surfaces};
 use crate::camera::View;
 use crate::color::Color;
 use crate::texture::Filter;
@@ -63,6 +63,8 @@ pub struct Fragments<'v> {
     /// The bundle of each, where its face is divided into domains; empty if none is. See
     /// [`Surfaces::divide`].
     pub bundle: Vec<Option<u32>>,
+    /// What pictures show of each, where that was found before: they need not be read. Empty if nothing was.
+    pub shown: Vec<Option<Shown>>,
     /// The name of their source.
     pub label: String,
     /// From where they are seen, if not by the camera.
@@ -152,6 +154,7 @@ impl<'v> Fragments<'v> {
             materials: Vec::new(),
             channels: BTreeMap::new(),
             bundle: Vec::new(),
+            shown: Vec::new(),
             label: String::new(),
             sight: None,
             pixel: DVec2::ONE,
@@ -285,8 +288,8 @@ impl<'v> Fragments<'v> {
     }
 
     /// A batch of parts of these, before any column is filled but positions.
-    pub(crate) fn parts(&self, parts: &[(usize, Option<u32>, f32)]) -> Fragments<'v> {
-        fn of<T: Clone>(column: &[T], parts: &[(usize, Option<u32>, f32)]) -> Vec<T> {
+    pub(crate) fn parts(&self, parts: &[Share]) -> Fragments<'v> {
+        fn of<T: Clone>(column: &[T], parts: &[Share]) -> Vec<T> {
             if column.is_empty() {
                 return Vec::new();
             }
@@ -317,7 +320,7 @@ impl<'v> Fragments<'v> {
     }
 
     /// Takes colour, alpha and layers of parts, each by its share.
-    pub(crate) fn unite(&mut self, of: &Fragments<'_>, parts: &[(usize, Option<u32>, f32)]) {
+    pub(crate) fn unite(&mut self, of: &Fragments<'_>, parts: &[Share]) {
         let count = self.len();
         let mut alpha = vec![0.0f32; count];
         for (part, (at, _, share)) in parts.iter().enumerate() {

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use super::{Columns, Fragments, Stage, World};
+use super::{Columns, Fragments, Painted, Stage, World};
 use crate::color::Kind;
 use crate::key::Key;
 use crate::trace::{Reductions, Toward};
@@ -103,6 +103,11 @@ pub trait Batch {
 
     /// Keeps something of these fragments, as long as there is room.
     fn keep(&self, _key: Key, _value: Kept, _bytes: usize) {}
+
+    /// What is known already of what pictures show of these fragments: of all on which pictures lie, or nothing.
+    fn painted(&self) -> &[Painted] {
+        &[]
+    }
 
     /// By fragment, how much of the area that it covers is lit by a source at one place: exact along lines.
     /// `None` if there are no lines around the fragments.

@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
 use super::world::World;
-use super::{Around, Batch, Casting, Columns, Fragments, Kept, Piece, Shader, Surfaces};
+use super::{
+    Around, Batch, Casting, Columns, Fragments, Kept, Painted, Piece, Shader, Share, Surfaces,
+};
 use crate::camera::Plane;
 use crate::key::{Key, KeyHasher};
 
@@ -180,8 +182,12 @@ pub fn shade(
     fragments: &mut Fragments<'_>,
 ) {
     let places = undo(stack, fragments);
-    let parts = surfaces.divide(fragments);
+    let (parts, shown) = match batch.painted() {
+        [] => (surfaces.divide(fragments), Vec::new()),
+        painted => Painted::spread(painted, fragments.len()),
+    };
     if parts.is_empty() {
+        fragments.shown = shown;
         fragments.fill(reads(stack), surfaces);
         run(stack, places, batch, fragments);
         return;
@@ -189,6 +195,7 @@ pub fn shade(
     let widen = |column: &Vec<f64>| parts.iter().map(|(at, ..)| column[*at]).collect();
     let wide_places = places.iter().map(|place| place.each_ref().map(widen)).collect();
     let mut wide = fragments.parts(&parts);
+    wide.shown = shown;
     wide.fill(reads(stack), surfaces);
     run(stack, wide_places, &Divided { outer: batch, parts: &parts }, &mut wide);
     fragments.unite(&wide, &parts);
@@ -197,10 +204,33 @@ pub fn shade(
     }
 }
 
+/// Finds what pictures show of some fragments of a batch, given by their places in it, for [`shade`] to find it known.
+pub fn paint(
+    stack: &[Stage],
+    surfaces: &dyn Surfaces,
+    fragments: &Fragments<'_>,
+    which: &[usize],
+) -> Painted {
+    let chosen: Vec<Share> = which.iter().map(|at| (*at, None, 1.0)).collect();
+    let mut some = fragments.parts(&chosen);
+    undo(stack, &mut some);
+    let parts = surfaces.divide(&some);
+    let wanted = Painted::COLUMNS.into_iter().filter(|columns| reads(stack).contains(*columns));
+    let wanted = wanted.fold(Columns::NONE, |all, columns| all | columns);
+    if parts.is_empty() {
+        some.fill(wanted, surfaces);
+        return Painted::of(chosen, some);
+    }
+    let mut wide = some.parts(&parts);
+    wide.fill(wanted, surfaces);
+    let outer = parts.into_iter().map(|(at, bundle, share)| (which[at], bundle, share));
+    Painted::of(outer.collect(), wide)
+}
+
 /// Parts of fragments.
 struct Divided<'a> {
     outer: &'a dyn Batch,
-    parts: &'a [(usize, Option<u32>, f32)],
+    parts: &'a [Share],
 }
 
 impl Batch for Divided<'_> {

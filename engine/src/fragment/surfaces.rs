@@ -6,7 +6,7 @@ use std::fmt::Debug;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::{Columns, Environment, Fragments, Meeting};
+use super::{Columns, Environment, Fragments, Meeting, PictureSet, Share};
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::key::Key;
@@ -19,10 +19,20 @@ pub trait Surfaces: Any + Send + Sync + Debug {
     fn fill(&self, wanted: Columns, fragments: &mut Fragments<'_>);
 
     /// Where fragments lie on faces that are divided into domains (\[D], "Attribute mapping"): all of them as
-    /// parts, each with its fragment's place, what it looks like if its face is divided, and its share of the
-    /// fragment. Empty if no face is.
-    fn divide(&self, _fragments: &Fragments<'_>) -> Vec<(usize, Option<u32>, f32)> {
+    /// parts. Empty if no face is.
+    fn divide(&self, _fragments: &Fragments<'_>) -> Vec<Share> {
         Vec::new()
+    }
+
+    /// The pictures that lie on its faces, in sets: of more than memory holds, only those of a few sets are there at
+    /// once (\[N], "Texture mapping").
+    fn picture_sets(&self) -> Vec<PictureSet> {
+        Vec::new()
+    }
+
+    /// The number of the set of pictures that lies on a face, if one does.
+    fn picture_set(&self, _ordinal: u32, _sees_front: bool) -> Option<u32> {
+        None
     }
 
     /// The columns that differ from place to place on a face. Position and depth always do and need

@@ -1,7 +1,8 @@
 //! Pictures as they are mapped on surfaces: their samples as the file has them, whatever they mean.
 
-use image::{DynamicImage, ImageFormat};
-use std::io::Cursor;
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
 use super::file;
@@ -87,7 +88,7 @@ pub fn decode(bytes: &[u8]) -> std::result::Result<Texels, String> {
         _ => return Err("not a picture that can be mapped: use .png, .jpg, .exr or .hdr".into()),
     };
     check_end(bytes, format)?;
-    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), format);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(MOST_BYTES);
     reader.limits(limits);
@@ -141,6 +142,41 @@ fn has_end(bytes: &[u8]) -> bool {
         };
     }
     false
+}
+
+/// The bytes that a picture takes as a pyramid, at most, by its head alone; 0 if that is not to be read.
+pub fn bytes(path: &Path) -> u64 {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
+    let texels = match ending.to_ascii_lowercase().as_str() {
+        "exr" => {
+            let meta = ::exr::meta::MetaData::read_from_file(path, false).ok();
+            let size = meta.and_then(|meta| Some(meta.headers.first()?.layer_size));
+            size.map(|size| 16 * size.area() as u64)
+        }
+        ending => {
+            let opened = File::open(path).ok().map(BufReader::new);
+            let format = if ending == "hdr" { Some(ImageFormat::Hdr) } else { None };
+            opened.and_then(|file| texel_bytes(file, format))
+        }
+    };
+    texels.unwrap_or(0) / 3 * 4
+}
+
+/// The same of a PNG or JPEG.
+pub fn bytes_of(picture: &[u8]) -> u64 {
+    texel_bytes(Cursor::new(picture), None).unwrap_or(0) / 3 * 4
+}
+
+fn texel_bytes(picture: impl BufRead + Seek, format: Option<ImageFormat>) -> Option<u64> {
+    let reader = match format {
+        Some(format) => ImageReader::with_format(picture, format),
+        None => ImageReader::new(picture).with_guessed_format().ok()?,
+    };
+    let decoder = reader.into_decoder().ok()?;
+    let (width, height) = decoder.dimensions();
+    let color = decoder.color_type();
+    let texel = if color.bytes_per_pixel() > color.channel_count() { 16 } else { 4 };
+    Some(u64::from(width) * u64::from(height) * texel)
 }
 
 fn finite(path: &Path, texels: Texels) -> Result<Texels> {

@@ -37,12 +37,12 @@ use crate::color::Kind;
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Layers, Stage};
 use crate::image::{Image, Samples};
-use crate::raster::Raster;
+use crate::raster::{Raster, Rows};
 use crate::span::SpanImage;
 use crate::span::image::Intensities;
 use crate::visible::probe::Index;
 use select::Selected;
-use stream::{Pixels, Stream, Told};
+use stream::{Ahead, Pixels, Stream, Told};
 
 /// Rows of a task.
 const BAND: u32 = 8;
@@ -257,8 +257,10 @@ fn paint(
     let mut error = float(Channel::Error);
     let mut id = vec![0u32; area(Channel::Id)];
     let mut layers = vec![vec![0.0f32; window.area()]; 3 * wanted.len()];
-    let bands = window.height.div_ceil(BAND) as usize;
-    let mut parts: Vec<Pixels<'_>> = (0..bands).map(|_| Pixels::default()).collect();
+    let bands: Vec<(u32, Rows)> = (framing.rows.clone().step_by(BAND as usize))
+        .map(|first| (first / BAND, first..framing.rows.end.min(first + BAND)))
+        .collect();
+    let mut parts: Vec<Pixels<'_>> = bands.iter().map(|_| Pixels::default()).collect();
     let rows = BAND as usize * window.width as usize;
     deal(&mut color, rows, &mut parts, |part, i, values| part.color[i] = values);
     deal(&mut normal, rows, &mut parts, |part, i, values| part.normal[i] = values);
@@ -270,25 +272,25 @@ fn paint(
         part.touched = values
     });
     deal(std::slice::from_mut(&mut id), rows, &mut parts, |part, _, values| part.id = values);
-    let told: Vec<Told> = parts
-        .into_par_iter()
+    let stream = || {
+        let mut coverage = Coverage::new(image, rule, framing, index.as_ref()).without_hidden();
+        if channels.contains(&Channel::Error) {
+            coverage = coverage.with_estimates();
+        }
+        Stream::new(image, rule, framing, &intensities, channels, coverage)
+            .with_layers(&wanted)
+            .with_selected(selected)
+    };
+    let ahead = if wants_color { Ahead::of(image, &bands, stream) } else { None };
+    let (ahead, passes) = ahead.unzip();
+    let told: Vec<Told> = bands
+        .par_iter()
+        .zip(parts)
         .enumerate()
-        .map_init(
-            || {
-                let mut coverage =
-                    Coverage::new(image, rule, framing, index.as_ref()).without_hidden();
-                if channels.contains(&Channel::Error) {
-                    coverage = coverage.with_estimates();
-                }
-                Stream::new(image, rule, framing, &intensities, channels, coverage)
-                    .with_layers(&wanted)
-                    .with_selected(selected)
-            },
-            |stream, (band, part)| {
-                let first = framing.rows.start + band as u32 * BAND;
-                stream.rows(first / BAND, first..framing.rows.end.min(first + BAND), part)
-            },
-        )
+        .map_init(stream, |stream, (at, ((band, rows), part))| {
+            let ahead = ahead.as_ref().map(|ahead| &ahead[at]);
+            stream.rows(*band, rows.clone(), ahead, part)
+        })
         .collect();
     if let Some(fault) = image.sources().iter().find_map(|source| source.surfaces.fault()) {
         return Err(fault);
@@ -327,6 +329,9 @@ fn paint(
     }
     if channels.contains(&Channel::Id) {
         picture.insert("id", Samples::Id(id))?;
+    }
+    if let Some(passes) = passes {
+        picture.counts.insert("passes for pictures on surfaces", passes);
     }
     for Told { names, counts } in told {
         picture.names.extend(names);

@@ -5,6 +5,7 @@
 //! What was gathered is kept with the image, and so is what shaders [keep](Batch::keep) of its batches: a
 //! light that is dimmed finds both, and only sums are new.
 
+mod ahead;
 mod gather;
 
 use glam::DVec2;
@@ -18,11 +19,12 @@ use super::rule::{Framing, Rule};
 use super::select::Selected;
 use super::{Channel, Layer};
 use crate::camera::Plane;
-use crate::fragment::{Batch, Casting, Columns, Fragments, Kept, Layers, Piece, stack};
+use crate::fragment::{Batch, Casting, Columns, Fragments, Kept, Layers, Painted, Piece, stack};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
 use crate::span::{Held, SpanImage};
+pub(super) use ahead::Ahead;
 use gather::{Blend, Gathered, Group, Member, Point};
 
 /// The channels of a run of rows, zero at first. Those that nobody asked for are empty.
@@ -77,6 +79,8 @@ struct Place<'s> {
     /// The band, and the group's number in it.
     part: u32,
     key: Key,
+    /// What its pictures show, if that is known.
+    painted: &'s [Painted],
 }
 
 impl Batch for Place<'_> {
@@ -86,6 +90,10 @@ impl Batch for Place<'_> {
 
     fn keep(&self, key: Key, value: Kept, bytes: usize) {
         self.stream.image.memo().put(self.key_of(key), self.part, value, bytes);
+    }
+
+    fn painted(&self) -> &[Painted] {
+        self.painted
     }
 
     fn lit(&self, casting: &Casting<'_>) -> Option<Vec<f32>> {
@@ -161,18 +169,33 @@ impl<'a> Stream<'a> {
         Stream { key: key.finish(), selected: Some(selected), ..self }
     }
 
+    /// The fragments of rows of the picture, band `band`.
+    fn gathered(&mut self, band: u32, rows: &Rows) -> Arc<Gathered> {
+        let known = self.image.memo().get(self.key, band).and_then(|kept| kept.downcast().ok());
+        known.unwrap_or_else(|| {
+            let gathered = Arc::new(self.gather(rows));
+            self.image.memo().put(self.key, band, gathered.clone() as Kept, gathered.bytes());
+            gathered
+        })
+    }
+
     /// Computes the pixels of rows of the picture, band `band`.
-    pub(super) fn rows(&mut self, band: u32, rows: Rows, mut pixels: Pixels<'_>) -> Told {
+    pub(super) fn rows(
+        &mut self,
+        band: u32,
+        rows: Rows,
+        ahead: Option<&Ahead>,
+        mut pixels: Pixels<'_>,
+    ) -> Told {
         // Zero already, but written here: a fresh page that is read before it is written costs a fault
         // more and, with several threads, an interrupt of all processors. Measured: half of the time.
         pixels.color.iter_mut().for_each(|channel| channel.fill(0.0));
         pixels.layers.iter_mut().for_each(|channel| channel.fill(0.0));
-        let known = self.image.memo().get(self.key, band).and_then(|kept| kept.downcast().ok());
-        let gathered: Arc<Gathered> = known.unwrap_or_else(|| {
-            let gathered = Arc::new(self.gather(&rows));
-            self.image.memo().put(self.key, band, gathered.clone() as Kept, gathered.bytes());
-            gathered
-        });
+        let gathered = match ahead {
+            Some(ahead) => ahead.gathered.clone(),
+            None => self.gathered(band, &rows),
+        };
+        let painted = |group: usize| ahead.map_or(&[][..], |ahead| ahead.painted(group));
         self.shadows.forget_all_but(&rows);
         if !pixels.error.is_empty() {
             pixels.error.copy_from_slice(&gathered.errors);
@@ -185,7 +208,7 @@ impl<'a> Stream<'a> {
                 (*first..first + count).for_each(|at| add(&mut pixels, at as usize, paint, *area));
             }
             for (number, group) in gathered.batches.iter().enumerate() {
-                let fragments = self.shade(group, band, number);
+                let fragments = self.shade(group, (band, number), painted(number));
                 for (i, (at, area)) in group.pixels.iter().enumerate() {
                     let paint = Paint { color: fragments.color[i], alpha: fragments.alpha[i] };
                     add(&mut pixels, *at as usize, paint, *area);
@@ -193,7 +216,7 @@ impl<'a> Stream<'a> {
                 }
             }
         }
-        self.blend(&gathered, band, &mut pixels, &mut most);
+        self.blend(&gathered, (band, &painted), &mut pixels, &mut most);
         let names = self.most(&most, &mut pixels);
         Told { names, counts: self.counts.take() }
     }
@@ -202,11 +225,11 @@ impl<'a> Stream<'a> {
         Channel::OF_COLOR.iter().any(|channel| self.channels.contains(channel))
     }
 
-    /// Shades a group of fragments.
-    fn shade(&self, group: &Group, band: u32, number: usize) -> Fragments<'a> {
+    /// A group of fragments as a batch.
+    fn fragments(&self, group: &Group) -> Fragments<'a> {
         let [x, y, depth] = group.points.clone();
         let wants_lights = self.layers.iter().any(|layer| matches!(layer, Layer::Light(_)));
-        let mut fragments = Fragments {
+        Fragments {
             ordinal: group.ordinal.clone(),
             sees_front: group.sees_front.clone(),
             x,
@@ -216,10 +239,20 @@ impl<'a> Stream<'a> {
             pixel: DVec2::ONE / self.framing.scale,
             textures: self.framing.textures,
             ..Fragments::new(self.image.view())
-        };
+        }
+    }
+
+    /// Shades a group of fragments, given its band and number.
+    fn shade(
+        &self,
+        group: &Group,
+        (part, number): (u32, usize),
+        painted: &[Painted],
+    ) -> Fragments<'a> {
+        let mut fragments = self.fragments(group);
         let mut key = KeyHasher::new("batch");
         key.key(self.key).bytes(&(number as u64).to_le_bytes());
-        let place = Place { stream: self, group, part: band, key: key.finish() };
+        let place = Place { stream: self, group, part, key: key.finish(), painted };
         self.image.sources()[group.source].shade(&mut fragments, &place);
         fragments
     }
@@ -247,10 +280,10 @@ impl<'a> Stream<'a> {
     }
 
     /// Shades what lies over each other and blends it, from front to back.
-    fn blend(
+    fn blend<'p>(
         &self,
         gathered: &Gathered,
-        band: u32,
+        (band, painted): (u32, &dyn Fn(usize) -> &'p [Painted]),
         pixels: &mut Pixels<'_>,
         most: &mut [(f32, Point)],
     ) {
@@ -262,7 +295,7 @@ impl<'a> Stream<'a> {
             .layered
             .iter()
             .enumerate()
-            .map(|(number, group)| self.shade(group, band, first + number))
+            .map(|(n, group)| self.shade(group, (band, first + n), painted(first + n)))
             .collect();
         // By matte, how much it lets past so far.
         let mut mattes: Vec<(Key, f32)> = Vec::new();

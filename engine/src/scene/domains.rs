@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, FirstError, Result};
 use crate::image::texels::{self, Samples, Texels};
-use crate::key::KeyHasher;
+use crate::key::{Key, KeyHasher};
 use crate::texture::{Filter, Footprint, Mapping, Meaning, Opened, Source, is_in, store};
 
 /// Attribute domains of a surface, and what each looks like.
@@ -157,7 +157,9 @@ impl Ready {
             key.value(&(&ready.path, &known, four, about));
             let (from, known) = (ready.path.clone(), known.clone());
             let read = Box::new(move || indices(&from, &known));
-            Source { key: key.finish(), meaning: Meaning::Indices(four), read }
+            let from = ready.path.clone();
+            let bytes = Box::new(move || texels::bytes(&from));
+            Source { key: key.finish(), meaning: Meaning::Indices(four), read, bytes }
         };
         ready.sources = known.chunks(4).map(source).collect();
         ready
@@ -176,6 +178,11 @@ impl Ready {
 
     pub(super) fn fault(&self) -> Option<Error> {
         self.fault.take()
+    }
+
+    /// Its trigger patterns, and the bytes that each takes at most.
+    pub(super) fn pictures(&self) -> impl Iterator<Item = (Key, u64)> + '_ {
+        self.sources.iter().map(|source| (source.key, (source.bytes)()))
     }
 
     /// The pictures at hand, for a batch of fragments.

@@ -149,6 +149,14 @@ impl Geometry {
         if is_front { normal } else { -normal }
     }
 
+    /// How far corners of a face leave the plane in which it is seen, at most.
+    pub fn off(&self, face: usize) -> f64 {
+        let Support { point, normal } = self.supports[self.support_of(face).0];
+        let off = |corner: &u32| (self.mesh.points[*corner as usize] - point).dot(normal).abs();
+        let holes = self.mesh.holes(face).iter().flatten();
+        self.mesh.outline(face).iter().chain(holes).map(off).fold(0.0, f64::max)
+    }
+
     /// A face in convex pieces that cover it, holes left out: itself, or triangles. Corners are vertices of
     /// the mesh.
     pub fn pieces(&self, face: usize, mut piece: impl FnMut(&[u32])) {

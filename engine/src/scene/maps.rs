@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::material::{AlphaMode, Map, Material, Picture};
 use super::read::gltf;
@@ -11,7 +11,7 @@ use crate::color::Color;
 use crate::error::{Error, FirstError, Result};
 use crate::fragment::{Columns, Finish, Gloss};
 use crate::image::texels::{self, Texels};
-use crate::key::KeyHasher;
+use crate::key::{Key, KeyHasher};
 use crate::math;
 use crate::texture::{Filter, Footprint, Meaning, Opened, Place, Source, Wrap, store};
 
@@ -192,6 +192,12 @@ impl Maps {
     /// The first fault since the last time.
     pub(super) fn fault(&self) -> Option<Error> {
         self.fault.take()
+    }
+
+    /// Its pictures, and the bytes that each takes at most.
+    pub(super) fn pictures(&self) -> impl Iterator<Item = (Key, u64)> + '_ {
+        let sources = self.maps.iter().filter_map(|map| map.source.as_ref());
+        sources.map(|(_, source)| (source.key, (source.bytes)()))
     }
 
     /// The pictures at hand, for a batch of fragments.
@@ -423,9 +429,18 @@ fn source(picture: &Picture, what: What, meaning: Meaning) -> Option<(PathBuf, S
     let read = move || -> Result<Texels> {
         let texels = match number {
             None => texels::read(&from),
-            Some(number) => gltf::picture(Path::new(&from), number),
+            Some(number) => {
+                let fault = |what| Error::in_file(&from, format!("picture {number}: {what}"));
+                texels::decode(&gltf::picture(&from, number)?).map_err(fault)
+            }
         }?;
         Ok(if is_alpha { texels.into_alpha() } else { texels })
     };
-    Some((path, Source { key: key.finish(), meaning, read: Box::new(read) }))
+    let from = path.clone();
+    let bytes = move || match number {
+        None => texels::bytes(&from),
+        Some(number) => gltf::picture(&from, number).map_or(0, |bytes| texels::bytes_of(&bytes)),
+    };
+    let (read, bytes) = (Box::new(read), Box::new(bytes));
+    Some((path, Source { key: key.finish(), meaning, read, bytes }))
 }

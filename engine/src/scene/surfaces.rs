@@ -12,7 +12,10 @@ use super::material::{AlphaMode, Material};
 use super::mesh::Mesh;
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Columns, Environment, Finish, Fragments, Local, Origin, Surfaces, Uv};
+use crate::fragment::{
+    Columns, Environment, Finish, Fragments, Local, Origin, PictureSet, Share, Surfaces, Uv,
+};
+use crate::key::Key;
 use crate::polygon;
 use crate::texture::{self, Opened};
 use crate::trace::{Casters, CastersBuilder};
@@ -27,6 +30,8 @@ pub struct SceneSurfaces {
     maps: Vec<Option<Maps>>,
     /// By material, the domains that it is divided into.
     domains: Vec<Option<Ready>>,
+    /// The sets of its pictures, once somebody asked.
+    picture_sets: OnceLock<Vec<PictureSet>>,
     /// Its faces in the world, once somebody asked.
     casters: OnceLock<Casters>,
 }
@@ -63,7 +68,8 @@ impl SceneSurfaces {
         let maps = scene.materials.iter().map(Maps::of).collect();
         let ready = |material: &Material| material.domains.as_ref().map(Ready::new);
         let domains = scene.materials.iter().map(ready).collect();
-        SceneSurfaces { scene, places, maps, domains, casters: OnceLock::new() }
+        let (picture_sets, casters) = (OnceLock::new(), OnceLock::new());
+        SceneSurfaces { scene, places, maps, domains, picture_sets, casters }
     }
 
     /// The scene.
@@ -71,18 +77,29 @@ impl SceneSurfaces {
         &self.scene
     }
 
-    /// The domains that a part of a face is divided into.
-    fn domains_of(&self, ordinal: u32, sees_front: bool) -> Option<(u32, &Ready)> {
+    /// The number of the material of a part of a face, if it is no edge.
+    fn material_of(&self, ordinal: u32, sees_front: bool) -> Option<u32> {
         let (at, face, part) = self.scene.part(ordinal);
         let instance = &self.scene.instances[at];
-        let mesh = instance.geometry.mesh();
-        let sides = match part {
-            Part::Face => mesh.sides(face),
-            Part::Seal(i) => mesh.seals(face)[i as usize].sides,
-            Part::FaceEdges | Part::SealEdges(_) => return None,
-        };
-        let number = instance.material_of(sides, sees_front);
+        let is_edge = matches!(part, Part::FaceEdges | Part::SealEdges(_));
+        let sides = sides_of(instance.geometry.mesh(), face, part);
+        (!is_edge).then(|| instance.material_of(sides, sees_front))
+    }
+
+    /// The domains that a part of a face is divided into.
+    fn domains_of(&self, ordinal: u32, sees_front: bool) -> Option<(u32, &Ready)> {
+        let number = self.material_of(ordinal, sees_front)?;
         self.domains[number as usize].as_ref().map(|ready| (number, ready))
+    }
+
+    /// The pictures of a material and its bundles.
+    fn pictures_of(&self, number: u32) -> Vec<(Key, u64)> {
+        let domains = self.domains[number as usize].as_ref();
+        let bundles = domains.into_iter().flat_map(|ready| ready.domains.bundles());
+        let numbers = std::iter::once(number).chain(bundles);
+        let maps = numbers.filter_map(|number| self.maps[number as usize].as_ref());
+        let pictures = maps.flat_map(Maps::pictures);
+        pictures.chain(domains.into_iter().flat_map(Ready::pictures)).collect()
     }
 
     fn look(&self, ordinal: u32, sees_front: bool, bundle: Option<u32>) -> Look<'_> {
@@ -208,7 +225,11 @@ impl Surfaces for SceneSurfaces {
                 fragments.facing.push(if sees_front { look.normal } else { -look.normal });
             }
             let mut seen = look.at(world);
-            if let Some((number, maps)) = look.maps {
+            let shown = fragments.shown.get(i).copied().flatten();
+            if let Some(shown) = &shown {
+                (seen.color, seen.alpha) = (shown.color, shown.alpha);
+                seen.finish = shown.finish.unwrap_or(seen.finish);
+            } else if let Some((number, maps)) = look.maps {
                 let known = opened.iter().position(|(known, _)| *known == number);
                 let at = known.unwrap_or_else(|| {
                     opened.push((number, maps.open()));
@@ -240,12 +261,28 @@ impl Surfaces for SceneSurfaces {
             }
             if normals {
                 let normal = if sees_front { seen.normal } else { -seen.normal };
-                fragments.normal.push(normal.as_vec3());
+                let known = shown.and_then(|shown| shown.normal);
+                fragments.normal.push(known.unwrap_or(normal.as_vec3()));
             }
         }
     }
 
-    fn divide(&self, fragments: &Fragments<'_>) -> Vec<(usize, Option<u32>, f32)> {
+    fn picture_sets(&self) -> Vec<PictureSet> {
+        let make = || {
+            let sets = (0..self.maps.len() as u32)
+                .map(|number| PictureSet { number, pictures: self.pictures_of(number) });
+            sets.filter(|set| !set.pictures.is_empty()).collect()
+        };
+        self.picture_sets.get_or_init(make).clone()
+    }
+
+    fn picture_set(&self, ordinal: u32, sees_front: bool) -> Option<u32> {
+        let number = self.material_of(ordinal, sees_front)?;
+        let at = number as usize;
+        (self.maps[at].is_some() || self.domains[at].is_some()).then_some(number)
+    }
+
+    fn divide(&self, fragments: &Fragments<'_>) -> Vec<Share> {
         if self.domains.iter().all(Option::is_none) {
             return Vec::new();
         }
@@ -423,13 +460,16 @@ impl Scene {
                 }
                 _ => 0,
             };
+            let axes = [world.matrix3.x_axis, world.matrix3.y_axis, world.matrix3.z_axis];
+            let scale = axes.map(DVec3::length).into_iter().fold(0.0, f64::max);
             for (face, opacity) in opacities.into_iter().enumerate() {
+                let off = (geometry.off(face) * scale) as f32;
                 let number = instance.first_ordinal + geometry.first_part(face);
                 geometry.pieces(face, |corners| {
                     builder.piece(
                         number,
                         opacity,
-                        body,
+                        (body, off),
                         corners.iter().map(|corner| base + corner),
                     );
                 });

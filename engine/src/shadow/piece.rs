@@ -44,8 +44,8 @@ pub fn opacity(
     surfaces.alpha_at(view, &met)
 }
 
-/// Whether a piece lies in the plane of a face, as a share of how far it reaches from the point that the plane is given
-/// by: a corner may be that very point, but for rounding. A card does that turns about a line in it: it casts nothing on
+/// Whether a piece lies in the plane of a face as flat as its own face is, and within a share of how far it reaches from
+/// the point that the plane is given by: a corner may be that very point, but for rounding. A card does that turns about a line in it: it casts nothing on
 /// itself as it is seen.
 pub fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3)) -> bool {
     if let Some(card) = casters.card(piece) {
@@ -58,5 +58,6 @@ pub fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3))
         let from = corner - point;
         (off.max(normal.dot(from).abs()), reach.max(from.length_squared()))
     });
-    off <= IN_PLANE * reach.sqrt()
+    let own = f64::from(casters.pieces()[piece].off) * 1.001;
+    off <= IN_PLANE * reach.sqrt() + own
 }

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use super::face::{FaceTable, FaceTableBuilder};
 use super::hold::Held;
 use crate::error::Result;
-use crate::fragment::{Batch, Columns, Fragments, Member, Stage, Surfaces, object_name, stack};
+use crate::fragment::{
+    Batch, Columns, Fragments, Member, Painted, Stage, Surfaces, object_name, stack,
+};
 use crate::key::Key;
 
 /// The faces of one scene under one shading stack. Merging unites sources; a shader applies to the
@@ -75,6 +77,11 @@ impl Source {
         }
         fragments.label.clone_from(&self.label);
         stack::shade(&self.stack, &*self.surfaces, batch, fragments);
+    }
+
+    /// Finds what pictures show of some fragments of a batch, given by their places in it.
+    pub fn paint(&self, fragments: &Fragments<'_>, which: &[usize]) -> Painted {
+        stack::paint(&self.stack, &*self.surfaces, fragments, which)
     }
 
     /// Fills columns of a batch of this source's fragments without shading them.

@@ -1,7 +1,7 @@
 //! Where pictures are kept that surfaces show.
 
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
@@ -22,6 +22,8 @@ pub struct Source {
     pub meaning: Meaning,
     /// How it is read.
     pub read: Box<dyn Fn() -> Result<Texels> + Send + Sync>,
+    /// The bytes that its pyramid takes at most, told without reading it.
+    pub bytes: Box<dyn Fn() -> u64 + Send + Sync>,
 }
 
 impl Source {
@@ -52,8 +54,9 @@ impl Source {
         let read = move || -> Result<Texels> {
             Ok(Texels { size: held.size, samples: Samples::Linear(held.pixels().collect()) })
         };
+        let bytes = Box::new(move || 16 * area as u64 / 3 * 4);
         let (key, meaning) = (key.finish(), Meaning::Color);
-        Ok((Source { key, meaning, read: Box::new(read) }, is_opaque))
+        Ok((Source { key, meaning, read: Box::new(read), bytes }, is_opaque))
     }
 }
 
@@ -66,8 +69,7 @@ impl fmt::Debug for Source {
 /// Keeps levels of pictures, those that were used last, within a limit of bytes.
 ///
 /// Of a picture only the levels that are asked for and coarser ones are kept, unless there is room for all:
-/// what is far away takes little. What was dropped is read again when it is asked for (\[N], "Texture
-/// mapping": only the maps at hand need to be present).
+/// what is far away takes little. What was dropped is read again when it is asked for.
 #[derive(Debug)]
 pub struct Store {
     held: Mutex<Held>,
@@ -127,6 +129,22 @@ impl Store {
         let mut held = self.held();
         held.limit = limit;
         held.drop_oldest(None);
+    }
+
+    /// The limit in bytes.
+    pub fn limit(&self) -> usize {
+        self.held().limit
+    }
+
+    /// Drops all pictures but some: room for these.
+    pub fn keep_only(&self, keys: &BTreeSet<Key>) {
+        let mut held = self.held();
+        let mut dropped = 0;
+        for (_, picture) in held.pictures.iter_mut().filter(|(key, _)| !keys.contains(key)) {
+            let levels = picture.levels.iter_mut().filter_map(Option::take);
+            dropped += levels.map(|(level, _)| level.bytes()).sum::<usize>();
+        }
+        held.bytes -= dropped;
     }
 
     /// What was held and read so far.

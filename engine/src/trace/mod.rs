@@ -46,6 +46,9 @@ pub struct Piece {
     /// If it is of an opaque closed body, the body's number from 1 on, negative if its faces look inwards; else
     /// 0.
     pub body: i32,
+    /// How far its corners leave the plane in which its face is seen, at most, in metres: faces are as flat as their
+    /// files are exact.
+    pub off: f32,
     /// If it turns to the light, the number of its card.
     card: Option<u32>,
     first: u32,
@@ -134,7 +137,7 @@ impl CastersBuilder {
         &mut self,
         face: u32,
         opacity: f32,
-        body: i32,
+        (body, off): (i32, f32),
         corners: impl Iterator<Item = u32>,
     ) {
         let first = self.0.corners.len();
@@ -146,7 +149,7 @@ impl CastersBuilder {
             return;
         }
         let (first, count) = (first as u32, count as u32);
-        self.0.pieces.push(Piece { face, opacity, body, card: None, first, count });
+        self.0.pieces.push(Piece { face, opacity, body, off, card: None, first, count });
     }
 
     /// Adds a face that turns to the light; what it holds back differs from place to place.
@@ -157,7 +160,7 @@ impl CastersBuilder {
             [low, DVec3::new(high.x, low.y, high.z), high, DVec3::new(low.x, high.y, low.z)];
         let first = self.points(across.into_iter());
         let before = self.0.pieces.len();
-        self.piece(face, f32::NAN, 0, first..first + 4);
+        self.piece(face, f32::NAN, (0, 0.0), first..first + 4);
         if let Some(piece) = self.0.pieces.get_mut(before) {
             piece.card = Some(self.0.cards.len() as u32);
             self.0.cards.push(card);
@@ -490,8 +493,18 @@ mod tests {
         for i in 0..rings {
             for j in 0..columns {
                 let quad = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
-                builder.piece(i * columns + j, 1.0, 0, [quad[0], quad[1], quad[2]].into_iter());
-                builder.piece(i * columns + j, 1.0, 0, [quad[0], quad[2], quad[3]].into_iter());
+                builder.piece(
+                    i * columns + j,
+                    1.0,
+                    (0, 0.0),
+                    [quad[0], quad[1], quad[2]].into_iter(),
+                );
+                builder.piece(
+                    i * columns + j,
+                    1.0,
+                    (0, 0.0),
+                    [quad[0], quad[2], quad[3]].into_iter(),
+                );
             }
         }
         builder.finish()

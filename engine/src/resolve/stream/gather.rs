@@ -215,9 +215,13 @@ impl Stream<'_> {
 }
 
 impl Gathered {
+    /// All groups, by their numbers.
+    pub(super) fn groups(&self) -> impl Iterator<Item = &Group> {
+        self.batches.iter().chain(&self.layered)
+    }
+
     pub(super) fn bytes(&self) -> usize {
-        let groups = self.batches.iter().chain(&self.layered);
-        let of_groups: usize = groups.map(Group::bytes).sum();
+        let of_groups: usize = self.groups().map(Group::bytes).sum();
         of_groups
             + size_of_val(&*self.alike)
             + size_of_val(&*self.blends)

@@ -19,7 +19,6 @@ use crate::camera::Camera;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Finish, Gloss};
-use crate::image::texels::{self, Texels};
 use crate::texture::Mapping;
 
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
@@ -72,11 +71,11 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     Ok(document)
 }
 
-/// Reads a picture that a file holds itself, by its number.
+/// Reads a picture that a file holds itself, by its number, as PNG or JPEG.
 ///
 /// # Errors
-/// If there is none, or it is damaged.
-pub(in crate::scene) fn picture(path: &std::path::Path, number: u32) -> Result<Texels> {
+/// If there is none.
+pub(in crate::scene) fn picture(path: &std::path::Path, number: u32) -> Result<Vec<u8>> {
     let mut reader = Reader::new(path);
     let bytes = reader.bytes(path)?;
     let (file, blob) = parse::parse(&reader, &bytes)?;
@@ -84,14 +83,14 @@ pub(in crate::scene) fn picture(path: &std::path::Path, number: u32) -> Result<T
     let fault = |what: String| Error::in_file(path, format!("picture {number}: {what}"));
     let image = file.images().nth(number as usize);
     let image = image.ok_or_else(|| fault("the file has no such picture".to_owned()))?;
-    let decode = |bytes: &[u8]| texels::decode(bytes).map_err(fault);
     match image.source() {
         ::gltf::image::Source::View { view, .. } => {
-            decode(buffers.view(&mut reader, &view).map_err(|e| fault(e.to_string()))?)
+            let bytes = buffers.view(&mut reader, &view).map_err(|e| fault(e.to_string()))?;
+            Ok(bytes.to_vec())
         }
         ::gltf::image::Source::Uri { uri, .. } => match uri.strip_prefix("data:") {
-            Some(data) => decode(&buffers::base64(data).map_err(|e| fault(e.to_string()))?),
-            None => decode(&reader.sibling(&buffers::decoded(uri))?.1),
+            Some(data) => buffers::base64(data).map_err(|e| fault(e.to_string())),
+            None => Ok(reader.sibling(&buffers::decoded(uri))?.1),
         },
     }
 }
