@@ -2,6 +2,7 @@
 
 mod algebra;
 mod billboards;
+mod city;
 mod cli;
 mod deep;
 mod domains;

@@ -6,7 +6,7 @@ use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::scene::read::{self, Axis, ReadOptions};
 
-/// Reads a scene: glTF, OBJ, PLY, STL, CityJSON, or Spandrel's own text and binary formats.
+/// Reads a scene: glTF, OBJ, PLY, STL, CityJSON, CityGML, or Spandrel's own text and binary formats.
 ///
 /// A link to a scene may name the file itself; this node is for files that need options.
 #[derive(Serialize, Deserialize, JsonSchema, Default)]

@@ -21,53 +21,53 @@ use crate::error::{Error, Result};
 use crate::texture::{Mapping, Wrap};
 
 #[derive(Deserialize)]
-struct City {
+pub(super) struct City {
     #[serde(rename = "type")]
-    kind: String,
-    version: String,
+    pub(super) kind: String,
+    pub(super) version: String,
     #[serde(rename = "CityObjects")]
-    objects: serde_json::Map<String, Value>,
-    vertices: Vec<[f64; 3]>,
-    transform: Option<Placement>,
+    pub(super) objects: serde_json::Map<String, Value>,
+    pub(super) vertices: Vec<[f64; 3]>,
+    pub(super) transform: Option<Placement>,
     #[serde(default)]
-    appearance: Appearance,
+    pub(super) appearance: Appearance,
     #[serde(rename = "geometry-templates")]
-    templates: Option<Templates>,
+    pub(super) templates: Option<Templates>,
 }
 
 #[derive(Deserialize)]
-struct Placement {
+pub(super) struct Placement {
     scale: [f64; 3],
     translate: [f64; 3],
 }
 
 #[derive(Default, Deserialize)]
-struct Appearance {
+pub(super) struct Appearance {
     #[serde(default)]
-    materials: Vec<CityMaterial>,
+    pub(super) materials: Vec<CityMaterial>,
     #[serde(default)]
-    textures: Vec<CityTexture>,
+    pub(super) textures: Vec<CityTexture>,
     #[serde(default, rename = "vertices-texture", alias = "vertex-texture")]
-    places: Vec<[f32; 2]>,
+    pub(super) places: Vec<[f32; 2]>,
 }
 
 #[derive(Deserialize)]
-struct CityTexture {
-    image: String,
+pub(super) struct CityTexture {
+    pub(super) image: String,
     #[serde(rename = "wrapMode")]
-    wrap: Option<String>,
+    pub(super) wrap: Option<String>,
 }
 
 #[derive(Deserialize)]
-struct CityMaterial {
-    name: Option<String>,
+pub(super) struct CityMaterial {
+    pub(super) name: Option<String>,
     #[serde(rename = "diffuseColor")]
-    diffuse: Option<[f32; 3]>,
-    transparency: Option<f32>,
+    pub(super) diffuse: Option<[f32; 3]>,
+    pub(super) transparency: Option<f32>,
 }
 
 #[derive(Deserialize)]
-struct Templates {
+pub(super) struct Templates {
     templates: Vec<CityGeometry>,
     #[serde(rename = "vertices-templates")]
     vertices: Vec<[f64; 3]>,
@@ -120,6 +120,11 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
             city.version
         ));
     }
+    build(reader, &city)
+}
+
+/// Makes objects of a city's.
+pub(super) fn build(reader: &mut Reader, city: &City) -> Result<Document> {
     let mut objects = BTreeMap::new();
     for (name, value) in &city.objects {
         let object = CityObject::deserialize(value)
@@ -133,7 +138,7 @@ pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     }
     let mut builder = Builder {
         reader,
-        city: &city,
+        city,
         points: &points,
         objects: &objects,
         placed: HashSet::new(),

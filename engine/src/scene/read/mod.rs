@@ -7,6 +7,7 @@
 //! | Stanford | `.ply` | y | 1 m | text and both binary forms |
 //! | Stereolithography | `.stl` | z | 1 mm | text and binary; the vertices of triangles are shared |
 //! | CityJSON 1.0 to 2.0 | `.json` | z | 1 m | interior rings become holes; textures by reference |
+//! | CityGML 1.0 to 3.0 | `.gml`, `.xml` | z | 1 m | as CityJSON; positions in degrees are laid on a plane |
 //! | own, text | `.ron` | y | 1 m | the whole model; see [`text`] |
 //! | own, binary | `.scene` | y | 1 m | the whole model; see [`binary`] |
 //!
@@ -16,6 +17,7 @@
 
 pub mod binary;
 pub mod bundle;
+mod citygml;
 mod cityjson;
 pub(in crate::scene) mod gltf;
 mod mtl;
@@ -51,7 +53,8 @@ pub struct ReadOptions {
     pub unit: Option<f64>,
     /// The axis that is up.
     pub up: Option<Axis>,
-    /// A point of the file's space that becomes the origin: for coordinates far from it.
+    /// A point of the file's space that becomes the origin: for coordinates far from it. Where a file has degrees,
+    /// latitude, longitude and height.
     pub origin: Option<[f64; 3]>,
     /// Gives meshes without normals smooth ones, where faces meet at less than this angle in degrees.
     pub crease: Option<f64>,
@@ -92,6 +95,7 @@ const METRES: Space = Space { unit: 1.0, up: Axis::Y };
 /// file and the place in it.
 pub fn document(path: &Path, options: &ReadOptions) -> Result<Reading> {
     check(options)?;
+    let mut options = *options;
     let mut reader = Reader::new(path);
     reader.key.bytes(format!("{options:?}").as_bytes());
     let bytes = reader.bytes(path)?;
@@ -102,17 +106,21 @@ pub fn document(path: &Path, options: &ReadOptions) -> Result<Reading> {
         "ply" => (ply::read(&mut reader, &bytes)?, METRES),
         "stl" => (stl::read(&mut reader, &bytes)?, Space { unit: 0.001, up: Axis::Z }),
         "json" => (cityjson::read(&mut reader, &bytes)?, Space { unit: 1.0, up: Axis::Z }),
+        "gml" | "xml" => {
+            let document = citygml::read(&mut reader, &bytes, &mut options)?;
+            (document, Space { unit: 1.0, up: Axis::Z })
+        }
         "ron" => (text::parse(path, &bytes)?, METRES),
         "scene" => (binary::parse(path, &bytes)?, METRES),
         _ => {
             return Err(Error::in_file(
                 path,
                 "not a scene format that is known: expected .gltf, .glb, .obj, .ply, .stl, .json \
-                 (CityJSON), .ron or .scene",
+                 (CityJSON), .gml or .xml (CityGML), .ron or .scene",
             ));
         }
     };
-    place(&mut document, options, &space);
+    place(&mut document, &options, &space);
     if let Some(angle) = options.crease {
         smooth(&mut document, angle);
     }
