@@ -74,6 +74,56 @@ fn what_is_typed_overrides_the_graph() {
 }
 
 #[test]
+fn texts_need_no_quotes_within_the_shells() {
+    let folder = Folder::new("quotes");
+    let scene = "Scene(plans: [(name: \"p\", root: (shape: Box(size: (2, 2, 2))))])";
+    std::fs::write(folder.0.join("two.ron"), scene).unwrap();
+    for value in ["two.ron", "\"two.ron\""] {
+        let set = format!("boxes.scene={value}");
+        let ran = folder.run(&["render", "g.ron", "-n", "--set", &set]);
+        assert_eq!(ran.code, Some(0), "{ran:?}");
+        assert!(ran.out.contains("two.ron"), "{}", ran.out);
+    }
+    let ran = folder.run(&["render", "g.ron", "-q", "--set", "picture.size=(9, 7)"]);
+    assert_eq!((ran.code, folder.png("out/a.png")), (Some(0), Some((9, 7))), "{ran:?}");
+}
+
+#[test]
+fn names_of_nothing_and_pictures_that_are_not_there_are_told() {
+    let folder = Folder::new("names");
+    let scene = "Scene(materials: {\"wood\": (color: 1, maps: {\"color\": (picture: File(\"no.png\"))}), \
+                 \"floor\": (domains: (define: Checker, table: {0: \"wood\", 1: \"wood\"}))}, \
+                 plans: [(name: \"p\", root: (name: \"house\", children: [(name: \"wall\", material: \"wood\", \
+                 shape: Box(size: (1, 1, 1)))]))])";
+    std::fs::write(folder.0.join("box.ron"), scene).unwrap();
+    let graph = |code: &str| {
+        let nodes = "\"eye\": Camera(position: (2, 2, 5)), \
+                     \"scene\": ReadScene(file: \"box.ron\"), \
+                     \"boxes\": Scanline(scene: \"scene\", camera: \"eye\"), \
+                     \"picture\": Resolve(image: \"new\", size: (40, 30)), \
+                     \"file\": Write(image: \"picture\", path: \"a.png\")";
+        let text = format!(
+            "Graph(nodes: {{{nodes}, \"new\": Stream(image: \"boxes\", code: \"{code}\")}})"
+        );
+        std::fs::write(folder.0.join("g.ron"), text).unwrap();
+        folder.run(&["render", "g.ron"])
+    };
+    let ran = graph("if (object('wal') || material('glass')) { color = 0; } color");
+    assert!(ran.err.contains("object('wal') fits nothing: did you mean 'wall'?"), "{}", ran.err);
+    assert!(ran.err.contains("material('glass') fits nothing: there are wood"), "{}", ran.err);
+    let missing = "material \"wood\", color: there is no file";
+    assert!(ran.code == Some(4) && ran.err.contains(missing), "{ran:?}");
+    let ran = graph("if (object('house') && material('w*')) { color = 0; } color");
+    assert!(!ran.err.contains("fits nothing"), "{}", ran.err);
+    let ran = folder.run(&["info", "box.ron"]);
+    assert!(ran.out.contains("domains by Checker: 0 \"wood\", 1 \"wood\""), "{}", ran.out);
+    std::fs::write(folder.0.join("box.ron"), scene.replace("File(\"no.png\")", "\"no.png\""))
+        .unwrap();
+    let ran = folder.run(&["info", "box.ron"]);
+    assert!(ran.err.contains("expected one of the choices, by name"), "{}", ran.err);
+}
+
+#[test]
 fn exit_codes_tell_what_failed() {
     let folder = Folder::new("codes");
     std::fs::write(folder.0.join("bad.ron"), GRAPH.replace("Resolve", "Resolv")).unwrap();

@@ -121,6 +121,39 @@ fn all_errors_of_a_file_are_reported_in_one_run() {
 }
 
 #[test]
+fn all_errors_of_a_node_are_reported_with_what_its_fields_take() {
+    let text = nodes(
+        "\"eye\": Camera(),
+         \"p\": Resolve(image: \"eye\", size: \"320x180\", lines: Slopd(4), scale: 1.5, filter: 5, pan: (é, 2))",
+    );
+    let faults = faults(&text);
+    let said: Vec<(&str, String)> = faults
+        .iter()
+        .map(|fault| {
+            let words = format!("{} {}", fault.message, fault.help.clone().unwrap_or_default());
+            (&text[fault.span.clone()], words)
+        })
+        .collect();
+    let expected = [
+        ("\"eye\"", "needs a SpanImage"),
+        ("\"320x180\"", "`size` takes (whole number"),
+        ("Slopd", "`Sloped`"),
+        ("1.5", "`scale` takes (number, number)"),
+        ("5", "`filter` takes"),
+    ];
+    for (blamed, words) in expected {
+        let is_told = |(span, said): &(&str, String)| *span == blamed && said.contains(words);
+        assert!(said.iter().any(is_told), "{blamed}: {words} of {said:?}");
+    }
+    assert_eq!(said.len(), 6, "{said:?}");
+    fault(
+        &nodes("\"t\": Write(image: \"graphs/pictures/town.png\", path: \"out.jpg\")"),
+        "\"out.jpg\"",
+        &["`path`", "write .png"],
+    );
+}
+
+#[test]
 fn circles_name_every_node_in_them() {
     let text = nodes(
         "\"a\": Fog(image: \"b\"), \"b\": Fog(image: \"c\"), \"c\": Fog(image: \"a\"), \"d\": Fog(image: \"d\")",

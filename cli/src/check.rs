@@ -21,13 +21,26 @@ pub(crate) fn run(registry: &Registry, args: &Check) -> u8 {
 /// Reads and checks a graph; prints what is wrong and returns the exit code if it is unusable.
 pub(crate) fn read(registry: &Registry, path: &Path, settings: &[Setting]) -> Result<Graph, u8> {
     let (mut document, directory) = open(path)?;
+    set(registry, &mut document, settings)?;
+    check(registry, path, &document, &directory)
+}
+
+/// Sets parameters of a document; quotes may be missing.
+pub(crate) fn set(
+    registry: &Registry,
+    document: &mut Document,
+    settings: &[Setting],
+) -> Result<(), u8> {
     for Setting { node, field, value } in settings {
-        document.set(node, field, value).map_err(|message| {
+        let raw = document.nodes.iter().find(|raw| raw.id == *node);
+        let kind = raw.and_then(|raw| registry.kind(&raw.kind));
+        let value = kind.map_or_else(|| value.clone(), |kind| kind.written(field, value));
+        document.set(node, field, &value).map_err(|message| {
             print::error(format!("--set {node}.{field}: {message}"));
             exit::USAGE
         })?;
     }
-    check(registry, path, &document, &directory)
+    Ok(())
 }
 
 /// Checks a document.

@@ -187,6 +187,12 @@ fn scene(path: &Path) -> Result<String> {
             for (what, map) in &material.maps {
                 let _ = write!(line, ", {what} from {:?}", map.picture);
             }
+            if let Some(domains) = &material.domains {
+                let table = domains.table.iter();
+                let table: Vec<String> =
+                    table.map(|(index, bundle)| format!("{index} \"{bundle}\"")).collect();
+                let _ = write!(line, ", domains by {:?}: {}", domains.define, table.join(", "));
+            }
             let _ = writeln!(out, "{line}");
         }
     }

@@ -163,12 +163,7 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
         }
         (None, _) => {}
     }
-    for Setting { node, field, value } in &settings {
-        document.set(node, field, value).map_err(|message| {
-            print::error(format!("--set {node}.{field}: {message}"));
-            exit::USAGE
-        })?;
-    }
+    check::set(registry, &mut document, &settings)?;
     let graph = check::check(registry, &args.graph, &document, &directory)?;
     if outputs.is_empty() {
         print::error(format!(

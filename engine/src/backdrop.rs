@@ -235,6 +235,10 @@ impl Surfaces for Backdrop {
         String::new()
     }
 
+    fn names(&self) -> Option<[Vec<String>; 2]> {
+        Some([vec![String::new()], Vec::new()])
+    }
+
     fn beyond(&self) -> Option<(u32, f64)> {
         Some((0, self.distance))
     }

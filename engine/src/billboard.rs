@@ -40,6 +40,8 @@ pub struct Subject {
     foot: f64,
     /// How much it hides, for shadows: the picture, and what is left of it at a half of its size and so on.
     alphas: Vec<Level>,
+    /// Whether the picture is opaque everywhere: its card is a rectangle.
+    pub is_opaque: bool,
 }
 
 /// How much a level of a picture hides at a place, between its texels; nothing beside it.
@@ -64,7 +66,7 @@ impl Subject {
     /// # Errors
     /// If the picture is not whole, or nothing is in it.
     pub fn new(image: &Arc<Image>) -> Result<Subject> {
-        let (source, _) = Source::of(image)?;
+        let (source, is_opaque) = Source::of(image)?;
         let (width, height) = image.size;
         let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
         let there: Vec<f32> = image.pixels().map(|[.., a]| a.max(0.0)).collect();
@@ -94,6 +96,7 @@ impl Subject {
         let alphas = pyramid(Texels { size: image.size, samples }, Meaning::Numbers);
         Ok(Subject {
             alphas,
+            is_opaque,
             source,
             aspect: w / h,
             low: DVec2::new(f64::from(low.0) / w, 1.0 - f64::from(high.1) / h),
@@ -316,6 +319,10 @@ impl Surfaces for Billboards {
 
     fn object(&self, ordinal: u32) -> String {
         format!("{}/{ordinal}", self.trees[ordinal as usize].picture)
+    }
+
+    fn names(&self) -> Option<[Vec<String>; 2]> {
+        Some([(0..self.trees.len() as u32).map(|at| self.object(at)).collect(), Vec::new()])
     }
 
     fn fault(&self) -> Option<Error> {

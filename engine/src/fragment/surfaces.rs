@@ -75,6 +75,11 @@ pub trait Surfaces: Any + Send + Sync + Debug {
     /// The name of the object that a face belongs to, as a path such as `"car/wheel 2"`.
     fn object(&self, ordinal: u32) -> String;
 
+    /// The names of all objects and of all materials of its scene, seen or not, if it knows them.
+    fn names(&self) -> Option<[Vec<String>; 2]> {
+        None
+    }
+
     /// The name of the material that is seen of a face, or of its bundle where it is divided; empty if it has none.
     fn material(&self, _ordinal: u32, _sees_front: bool, _bundle: Option<u32>) -> String {
         String::new()

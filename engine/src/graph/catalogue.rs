@@ -98,6 +98,10 @@ fn words(schema: &Json) -> String {
                 let (name, held) = properties.iter().next().expect("there is one");
                 format!("{name}({})", words(held).trim_matches(['(', ')']))
             }
+            Some(properties) if !properties.is_empty() => {
+                let field = |(name, held): (&String, &Json)| format!("{name}: {}", words(held));
+                format!("({})", properties.iter().map(field).collect::<Vec<_>>().join(", "))
+            }
             _ => "fields".to_owned(),
         },
         other => other.to_owned(),

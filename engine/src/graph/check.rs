@@ -2,13 +2,13 @@
 
 use petgraph::algo::{tarjan_scc, toposort};
 use petgraph::graph::{DiGraph, NodeIndex};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::catalogue::{self, Leaf};
 use super::diagnostic::{Diagnostic, list, nearest};
-use super::document::{Document, RawNode, field_span, ron_error};
+use super::document::{Document, RawNode, byte_of, field_span, fields, ron_error};
 use super::node::{AnyNode, is_file};
 use super::registry::{Kind, Registry};
 use crate::error::{Error, Result};
@@ -140,14 +140,8 @@ impl Check<'_> {
             self.faults.push(self.unknown(raw));
             return;
         };
-        let node = match (kind.parse)(&raw.text) {
-            Ok(node) => node,
-            Err(error) => {
-                self.faults.push(self.parse_fault(raw, &error));
-                return;
-            }
-        };
         let before = self.faults.len();
+        let Some((node, unread)) = self.parse(raw, &kind) else { return };
         let text = ron::Options::default().to_string(&node.parameters()).unwrap_or_default();
         for field in &kind.fields {
             if !is_finite(&raw.text, &field.name) || !is_finite(&text, &field.name) {
@@ -161,6 +155,8 @@ impl Check<'_> {
         let nodes = &self.nodes;
         let directory = self.directory;
         catalogue::visit(&kind.schema, &node.parameters(), &mut |field, leaf| match leaf {
+            Leaf::Link { ref target, .. } if target.is_empty() && unread.contains(field) => {}
+            Leaf::Input(ref path) if path.is_empty() && unread.contains(field) => {}
             Leaf::Link { of, reader, target } => {
                 wishes.push(Wish { from, field: field.to_owned(), of, reader, target });
             }
@@ -194,6 +190,35 @@ impl Check<'_> {
         self.nodes.push(Checked { id: raw.id.clone(), kind, node, files, links: Vec::new() });
     }
 
+    /// Parses a node. What is wrong with a field is reported, and the rest is read without it, for all errors to be
+    /// found at once; returns the names of such fields.
+    fn parse(&mut self, raw: &RawNode, kind: &Kind) -> Option<(Box<dyn AnyNode>, HashSet<String>)> {
+        let (mut text, mut unread) = (raw.text.clone(), HashSet::new());
+        loop {
+            let error = match (kind.parse)(&text) {
+                Ok(node) => return Some((node, unread)),
+                Err(error) => error,
+            };
+            let at = byte_of(&text, &error.span.start);
+            let is_there = |field: &super::document::FieldText<'_>| {
+                field.whole.start <= at && at <= field.whole.end
+            };
+            let known = fields(&text);
+            let blamed = known.iter().find(|field| is_there(field));
+            let fault = self.parse_fault(raw, kind, blamed.map(|field| field.name), &error);
+            self.faults.push(fault);
+            let field = blamed?;
+            unread.insert(field.name.to_owned());
+            // As many characters, so that places stay.
+            let blank: String = text[field.whole.clone()]
+                .chars()
+                .map(|c| if c == '\n' { c } else { ' ' })
+                .collect();
+            let whole = field.whole.clone();
+            text.replace_range(whole, &blank);
+        }
+    }
+
     fn unknown(&self, raw: &RawNode) -> Diagnostic {
         let fault =
             Diagnostic::error(raw.kind_span(), format!("there is no kind of node `{}`", raw.kind))
@@ -207,13 +232,28 @@ impl Check<'_> {
         }
     }
 
-    fn parse_fault(&self, raw: &RawNode, error: &ron::error::SpannedError) -> Diagnostic {
-        if !raw.settings.is_empty() {
-            return Diagnostic { span: raw.id_span.clone(), ..ron_error(&raw.text, 0, error) };
-        }
-        // The parsed text begins at the node, so that places only need moving.
-        let end = raw.span.end;
-        ron_error(&self.document.text[..end], raw.span.start, error)
+    fn parse_fault(
+        &self,
+        raw: &RawNode,
+        kind: &Kind,
+        field: Option<&str>,
+        error: &ron::error::SpannedError,
+    ) -> Diagnostic {
+        let mut fault = if raw.settings.is_empty() {
+            // The parsed text begins at the node, so that places only need moving.
+            ron_error(&self.document.text[..raw.span.end], raw.span.start, error)
+        } else {
+            Diagnostic { span: raw.id_span.clone(), ..ron_error(&raw.text, 0, error) }
+        };
+        let known = kind.fields.iter().find(|known| Some(known.name.as_str()) == field);
+        fault.help = fault.help.or_else(|| match known {
+            Some(known) => Some(format!("`{}` takes {}", known.name, known.kind)),
+            None => Some(format!(
+                "write the kind's name and its fields, such as {}(), even if there are none",
+                kind.name
+            )),
+        });
+        fault
     }
 
     /// Resolves links: to nodes by name, to files by nodes that read them.

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+pub use crate::text::{list, nearest};
+
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -58,36 +60,9 @@ impl Diagnostic {
     }
 }
 
-/// The name that was probably meant: the nearest by edits, if it is near.
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let lower = name.to_lowercase();
-    let distance = |known: &str| strsim::damerau_levenshtein(&lower, &known.to_lowercase());
-    let near = known.into_iter().map(|known| (distance(known), known));
-    let (edits, best) = near.min_by_key(|(edits, known)| (*edits, *known))?;
-    (edits <= 1 + name.chars().count() / 3).then_some(best)
-}
-
-/// A list of names for a message, shortened.
-pub fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
-    let names: Vec<&str> = names.into_iter().collect();
-    match names.len() {
-        0 => "none".to_owned(),
-        1..=12 => names.join(", "),
-        n => format!("{}, and {} more", names[..12].join(", "), n - 12),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_are_guessed_only_if_they_are_near() {
-        assert_eq!(nearest("Fgo", ["Fog", "Write"]), Some("Fog"));
-        assert_eq!(nearest("scanline", ["Scanline"]), Some("Scanline"));
-        assert_eq!(nearest("x", ["Illuminate"]), None);
-        assert_eq!(nearest("a", []), None);
-    }
 
     #[test]
     fn places_are_counted_in_characters() {

@@ -10,7 +10,7 @@ use std::fmt;
 use std::ops::Range;
 
 use super::diagnostic::Diagnostic;
-use crate::text::options;
+use crate::text::{Wording, list, nearest, options, wording};
 
 /// The version of the graph format that this library reads.
 pub const VERSION: u32 = 1;
@@ -128,12 +128,9 @@ impl Document {
         let names: Vec<String> = self.nodes.iter().map(|node| node.id.clone()).collect();
         let node = self.nodes.iter_mut().find(|node| node.id == id).ok_or_else(|| {
             let names = names.iter().map(String::as_str);
-            match super::diagnostic::nearest(id, names.clone()) {
+            match nearest(id, names.clone()) {
                 Some(near) => format!("there is no node \"{id}\": did you mean \"{near}\"?"),
-                None => format!(
-                    "there is no node \"{id}\": there are {}",
-                    super::diagnostic::list(names)
-                ),
+                None => format!("there is no node \"{id}\": there are {}", list(names)),
             }
         })?;
         node.settings.push(format!("{field}={value}"));
@@ -201,76 +198,22 @@ fn quoted_before(text: &str, start: usize, id: &str) -> Range<usize> {
 
 /// An error of the RON library, placed in the document; `base` is where the parsed text begins in it.
 pub(super) fn ron_error(text: &str, base: usize, error: &ron::error::SpannedError) -> Diagnostic {
-    use ron::Error as E;
     let part = &text[base..];
-    let byte = |position: &ron::error::Position| {
-        let line_start = match position.line {
-            0 | 1 => 0,
-            line => part.match_indices('\n').nth(line - 2).map_or(part.len(), |(at, _)| at + 1),
-        };
-        let column = position.col.saturating_sub(1);
-        let line = &part[line_start..];
-        base + line_start + line.char_indices().nth(column).map_or(line.len(), |(at, _)| at)
-    };
+    let byte = |position| base + byte_of(part, position);
     let span = word_at(text, byte(&error.span.start)..byte(&error.span.end));
-    let guess = |name: &str, known: &[&'static str]| match super::diagnostic::nearest(
-        name,
-        known.iter().copied(),
-    ) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("known are {}", super::diagnostic::list(known.iter().copied())),
+    let Wording { message, label, help } = wording(&error.code, &text[span.start..]);
+    Diagnostic { help, ..Diagnostic::error(span, message).label(label) }
+}
+
+/// The byte of a text at a line and column of the RON library.
+pub(super) fn byte_of(text: &str, position: &ron::error::Position) -> usize {
+    let line_start = match position.line {
+        0 | 1 => 0,
+        line => text.match_indices('\n').nth(line - 2).map_or(text.len(), |(at, _)| at + 1),
     };
-    match &error.code {
-        E::NoSuchStructField { expected, found, outer } => {
-            let of = outer.as_deref().unwrap_or("this");
-            Diagnostic::error(span, format!("{of} has no field `{found}`"))
-                .label("unknown")
-                .help(guess(found, expected))
-        }
-        E::NoSuchEnumVariant { expected, found, .. } => {
-            Diagnostic::error(span, format!("`{found}` is not one of the choices"))
-                .label("unknown")
-                .help(guess(found, expected))
-        }
-        E::DuplicateStructField { field, .. } => {
-            Diagnostic::error(span, format!("the field `{field}` is given twice"))
-                .label("the second")
-        }
-        E::MissingStructField { field, .. } => {
-            Diagnostic::error(span, format!("the field `{field}` is missing"))
-        }
-        E::InvalidValueForType { expected, found } => {
-            Diagnostic::error(span, format!("expected {expected}, found {found}"))
-                .label("wrong type")
-        }
-        E::ExpectedStructLike | E::ExpectedNamedStructLike(_) => {
-            Diagnostic::error(span, "expected fields in parentheses").help(
-                "write the kind's name and its fields, such as Camera(), even if there are none",
-            )
-        }
-        E::ExpectedDifferentStructName { expected, found } => {
-            let fault =
-                Diagnostic::error(span, format!("expected a `{expected}`, found a `{found}`"));
-            match found.as_str() {
-                "Scene" => fault.help("a scene is shown by a graph: name it in a Scanline node"),
-                _ => fault,
-            }
-        }
-        E::ExpectedFloat | E::ExpectedInteger => Diagnostic::error(span, "expected a number"),
-        E::ExpectedBoolean => Diagnostic::error(span, "expected true or false"),
-        E::ExpectedString => Diagnostic::error(span, "expected a text in quotes, such as \"sun\""),
-        E::ExpectedArray => Diagnostic::error(span, "expected a list, such as [1, 2]"),
-        E::ExpectedMap => Diagnostic::error(span, "expected a map, such as {\"name\": 1}"),
-        E::IntegerOutOfBounds => {
-            Diagnostic::error(span, "this whole number is out of range, or must not be negative")
-        }
-        E::ExpectedIdentifier => Diagnostic::error(span, "expected a name here")
-            .help("perhaps a `)`, `]` or `,` is missing before it"),
-        E::ExceededRecursionLimit => Diagnostic::error(span, "nested too deeply"),
-        E::Eof => Diagnostic::error(span, "the text ends too soon")
-            .help("a closing `)`, `]`, `}` or `\"` is missing"),
-        other => Diagnostic::error(span, other.to_string()),
-    }
+    let column = position.col.saturating_sub(1);
+    let line = &text[line_start..];
+    line_start + line.char_indices().nth(column).map_or(line.len(), |(at, _)| at)
 }
 
 /// A place without the blanks before it; if nothing is left, the word that follows.
@@ -288,23 +231,41 @@ fn word_at(text: &str, span: Range<usize>) -> Range<usize> {
 
 /// The bytes of a field's value in the text of a structure such as `Kind(a: 1, b: (2, 3))`.
 pub(super) fn field_span(text: &str, field: &str) -> Option<Range<usize>> {
+    fields(text).into_iter().find(|known| known.name == field).map(|known| known.value)
+}
+
+/// A field in the text of a structure.
+pub(super) struct FieldText<'t> {
+    pub(super) name: &'t str,
+    pub(super) value: Range<usize>,
+    /// Its name, its value and the comma after it.
+    pub(super) whole: Range<usize>,
+}
+
+/// The fields of a structure such as `Kind(a: 1, b: (2, 3))`, as far as it has the form of one.
+pub(super) fn fields(text: &str) -> Vec<FieldText<'_>> {
     let bytes = text.as_bytes();
-    let mut i = text.find('(')? + 1;
+    let mut fields = Vec::new();
+    let Some(open) = text.find('(') else { return fields };
+    let mut i = open + 1;
     loop {
         i = skip_blank(text, i);
-        let name_end = i + text[i..].find(|c: char| !(c.is_alphanumeric() || c == '_'))?;
-        let name = &text[i..name_end];
+        let name_end = text[i..].find(|c: char| !(c.is_alphanumeric() || c == '_'));
+        let Some(name_end) = name_end.map(|end| i + end) else { return fields };
         let colon = skip_blank(text, name_end);
         if bytes.get(colon) != Some(&b':') {
-            return None;
+            return fields;
         }
         let start = skip_blank(text, colon + 1);
         let end = value_end(text, start);
-        if name == field {
-            return Some(start..text[start..end].trim_end().len() + start);
-        }
-        if bytes.get(end) != Some(&b',') {
-            return None;
+        let has_comma = bytes.get(end) == Some(&b',');
+        fields.push(FieldText {
+            name: &text[i..name_end],
+            value: start..text[start..end].trim_end().len() + start,
+            whole: i..end + usize::from(has_comma),
+        });
+        if !has_comma {
+            return fields;
         }
         i = end + 1;
     }
@@ -337,7 +298,9 @@ fn text_end(text: &str, start: usize) -> Option<usize> {
         }
         return Some((start + i + 1).min(text.len()));
     }
-    let is_in_word = text[..start].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+    let before = text.as_bytes()[..start].last();
+    let is_in_word =
+        before.is_some_and(|c| c.is_ascii_alphanumeric() || *c == b'_' || !c.is_ascii());
     let marks = rest.strip_prefix(b"r").filter(|_| !is_in_word)?;
     let marks = marks.iter().take_while(|c| **c == b'#').count();
     let first = start + 1 + marks;

@@ -86,6 +86,29 @@ impl Registry {
     }
 }
 
+impl Kind {
+    /// A field's value as the text of a graph has it, where people leave the quotes away that their shell takes: texts,
+    /// files, nodes and colours.
+    pub fn written(&self, field: &str, value: &str) -> String {
+        let schema = self.schema.get("properties").and_then(|fields| fields.get(field));
+        let is_text = |schema: &Json| {
+            let is_string = |kind: &Json| kind.as_str() == Some("string");
+            let kind = schema.get("type");
+            let may_be =
+                kind.and_then(Json::as_array).is_some_and(|kinds| kinds.iter().any(is_string));
+            (may_be || kind.is_some_and(is_string)) && schema.get("enum").is_none()
+        };
+        let is_quoted = value.starts_with(['"', '[', '('])
+            || value.starts_with("r\"")
+            || value.starts_with("r#");
+        let wants_quotes = value.starts_with('#') || schema.is_some_and(is_text);
+        if wants_quotes && !is_quoted && !matches!(value, "None" | "Some") {
+            return format!("{value:?}");
+        }
+        value.to_owned()
+    }
+}
+
 fn schema_of<N: Node>() -> Json {
     let settings =
         schemars::generate::SchemaSettings::default().with(|s| s.inline_subschemas = true);

@@ -73,6 +73,25 @@ pub struct Instance {
 }
 
 impl Scene {
+    /// The pictures of its materials whose files are not there: which, of which material.
+    pub fn missing_pictures(&self) -> Vec<String> {
+        let mut missing = Vec::new();
+        for (name, material) in self.material_names.iter().zip(&self.materials) {
+            let maps = material.maps.iter().filter_map(|(what, map)| match &map.picture {
+                Picture::File(path) => Some((what.as_str(), path)),
+                Picture::Embedded(..) | Picture::Wave(..) => None,
+            });
+            let domains = material.domains.iter().filter_map(|domains| match &domains.define {
+                Define::Picture(path) => Some(("domains", path)),
+                _ => None,
+            });
+            for (what, path) in maps.chain(domains).filter(|(_, path)| !Path::new(path).exists()) {
+                missing.push(format!("material \"{name}\", {what}: there is no file {path}"));
+            }
+        }
+        missing
+    }
+
     /// Makes a plan of a document ready. Files that it names are found from `directory`. Without a
     /// name the default plan is taken, or the only one.
     ///

@@ -178,11 +178,13 @@ impl Maps {
     /// Whether all files are there.
     ///
     /// # Errors
-    /// If one is not.
-    pub(super) fn offers(&self) -> Result<()> {
+    /// If one is not; `material` is what the error says of whose it is.
+    pub(super) fn offers(&self, material: &str) -> Result<()> {
         for (path, _) in self.maps.iter().filter_map(|map| map.source.as_ref()) {
             std::fs::metadata(path).map_err(|e| {
-                let what = format!("{e}; ReadScene(pictures: false) shows the scene without");
+                let what = format!(
+                    "{e} (for material \"{material}\"); ReadScene(pictures: false) shows the scene without"
+                );
                 Error::file(path, std::io::Error::new(e.kind(), what))
             })?;
         }

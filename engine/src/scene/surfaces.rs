@@ -373,8 +373,9 @@ impl Surfaces for SceneSurfaces {
 
     fn offers(&self, wanted: Columns) -> Result<()> {
         let is_wanted = wanted.meets(Columns::COLOR | Columns::NORMAL | Columns::FINISH);
-        let mut maps = self.maps.iter().flatten().filter(|_| is_wanted);
-        maps.try_for_each(Maps::offers)?;
+        let named = self.maps.iter().zip(&self.scene.material_names).filter(|_| is_wanted);
+        let mut maps = named.filter_map(|(maps, name)| Some((maps.as_ref()?, name)));
+        maps.try_for_each(|(maps, name)| maps.offers(name))?;
         let mut domains = self.domains.iter().flatten().filter(|_| is_wanted);
         domains.try_for_each(Ready::offers)
     }
@@ -419,6 +420,11 @@ impl Surfaces for SceneSurfaces {
 
     fn object(&self, ordinal: u32) -> String {
         self.scene.instances[self.scene.part(ordinal).0].path.clone()
+    }
+
+    fn names(&self) -> Option<[Vec<String>; 2]> {
+        let objects = self.scene.instances.iter().map(|instance| instance.path.clone());
+        Some([objects.collect(), self.scene.material_names.clone()])
     }
 
     fn material(&self, ordinal: u32, sees_front: bool, bundle: Option<u32>) -> String {

@@ -1,14 +1,14 @@
 //! Programs over fragments: the stream editor.
 
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::color::{Color, Kind};
 use crate::fragment::{Around, Columns, Fragments, Hiding, Layers, Shader};
 use crate::key::Key;
 use crate::stream::{Fault, Parameter, Program, Variable};
-use crate::text::names_object;
+use crate::text::{list, names_object, nearest};
 
 /// Runs a program over fragments. Where it changes a colour that lights made, each light's share of it
 /// changes by the same factor.
@@ -53,6 +53,42 @@ impl Stream {
         channels: BTreeMap<String, Kind>,
     ) -> Result<Stream, Fault> {
         Saved { code: code.to_owned(), parameters, channels }.try_into()
+    }
+
+    /// The names that the program asks for and nothing has, of the objects and materials that there are, if these are
+    /// known: in words, with those that there are.
+    pub fn names_of_nothing(
+        &self,
+        known: impl FnOnce() -> Option<[BTreeSet<String>; 2]>,
+    ) -> Vec<String> {
+        let asked = self.program.reads().filter_map(|variable| match variable {
+            Variable::ObjectFits(number) => Some(("object", 0, number)),
+            Variable::MaterialFits(number) => Some(("material", 1, number)),
+            _ => None,
+        });
+        let asked: Vec<(&str, usize, u32)> = asked.collect();
+        let known = if asked.is_empty() { None } else { known() };
+        let Some(known) = known else { return Vec::new() };
+        let missing = |(what, which, number): (&str, usize, u32)| {
+            let pattern = &self.program.patterns()[number as usize];
+            let names = &known[which];
+            if names.iter().any(|name| names_object(pattern, name)) {
+                return None;
+            }
+            // Guessed by the last part, which most write.
+            let last = |name: &'_ String| name.rsplit('/').next().unwrap_or_default().to_owned();
+            let parts: Vec<String> =
+                names.iter().map(last).filter(|part| !part.is_empty()).collect();
+            let cure = match nearest(pattern, parts.iter().map(String::as_str)) {
+                Some(near) => format!("did you mean '{near}'?"),
+                None => {
+                    let named = names.iter().map(String::as_str).filter(|name| !name.is_empty());
+                    format!("there are {}", list(named))
+                }
+            };
+            Some(format!("{what}('{pattern}') fits nothing: {cure}"))
+        };
+        asked.into_iter().filter_map(missing).collect()
     }
 }
 

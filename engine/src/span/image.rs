@@ -1,7 +1,7 @@
 //! All lines of a picture, and the merge of pictures.
 
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
@@ -12,7 +12,7 @@ use super::{Again, Face, FaceId, Memo, OnLine, Probe, Source, Stage, Union};
 use crate::camera::View;
 use crate::color::{Color, Kind};
 use crate::error::{Error, Result};
-use crate::fragment::{Columns, Environment, Member, Shader, Shading, World};
+use crate::fragment::{Columns, Environment, Member, Shader, Shading, World, object_name};
 use crate::raster::{LinePlan, Rows};
 
 /// The opaque spans of a range of rows.
@@ -147,6 +147,18 @@ impl SpanImage {
     /// The sources, in order.
     pub fn sources(&self) -> &[Arc<Source>] {
         &self.sources
+    }
+
+    /// The names of all objects, each with its source's before it, and of all materials, seen or not; `None` if a source
+    /// does not know its own.
+    pub fn names(&self) -> Option<[BTreeSet<String>; 2]> {
+        let mut all = [BTreeSet::new(), BTreeSet::new()];
+        for source in &self.sources {
+            let [objects, materials] = source.surfaces.names()?;
+            all[0].extend(objects.iter().map(|path| object_name(&source.label, path)));
+            all[1].extend(materials);
+        }
+        Some(all)
     }
 
     /// What the scenes say of their surroundings: the first source's whose scene says anything.

@@ -75,6 +75,10 @@ impl Node for Matte {
             if !finite || (1..3).contains(&polygon.len()) {
                 return Err(FieldError::new(field, "a polygon has three corners or more"));
             }
+            if polygon.iter().any(|(x, y)| x.abs().max(y.abs()) > 4.0) {
+                let what = "corners are shares of the picture, 0 to 1, not pixels";
+                return Err(FieldError::new(field, what));
+            }
         }
         Ok(())
     }

@@ -2,6 +2,7 @@ use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
+use spandrel_engine::graph::diagnostic::list;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::{Image, Window};
@@ -104,30 +105,12 @@ impl Node for Refine {
         let channels = &wanted.channels;
         let refined = resolve::refine(&over, &image, self.lines, &framing, channels, &self.select)?;
         if refined.counts.get("pixels refined") == Some(&0) {
-            let names = some_objects(&image);
+            let names = image.names().map(|[objects, _]| objects).unwrap_or_default();
+            let names = list(names.iter().map(String::as_str));
             inputs.warn(&format!(
                 "nothing that is selected is seen: the picture stays as it is. There are {names}"
             ));
         }
         Ok(refined)
     }
-}
-
-/// The names of the first objects of an image.
-fn some_objects(image: &SpanImage) -> String {
-    const MOST: usize = 12;
-    let faces = image
-        .sources()
-        .iter()
-        .flat_map(|source| source.faces.faces().iter().map(|face| source.object(face.ordinal)));
-    let mut names: Vec<String> = Vec::new();
-    for name in faces {
-        if names.last() != Some(&name) && !names.contains(&name) {
-            if names.len() == MOST {
-                return format!("{} and more", names.join(", "));
-            }
-            names.push(name);
-        }
-    }
-    if names.is_empty() { "no objects".to_owned() } else { names.join(", ") }
 }

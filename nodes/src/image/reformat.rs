@@ -60,9 +60,11 @@ impl Node for Reformat {
         let (left, top, width, height) = self.part;
         let is_place = |v: f64| v.abs() <= 1e6;
         let is_size = |v: f64| (1e-6..=1e6).contains(&v);
-        let is_part = is_place(left) && is_place(top) && is_size(width) && is_size(height);
+        let is_share = |v: f64| v.abs() <= 16.0;
+        let is_part = [left, top].into_iter().all(is_share)
+            && [width, height].into_iter().all(|v| is_size(v) && is_share(v));
         if !is_part {
-            let what = "give left, top, width and height; the last are 0.000001 to 1000000";
+            let what = "left, top, width and height are shares of the picture, not pixels: (0, 0, 1, 1) is all of it";
             return Err(FieldError::new("part", what));
         }
         if !is_size(self.scale.0.abs()) || !is_size(self.scale.1.abs()) {

@@ -54,6 +54,7 @@ impl Node for Write {
         }
         let format = Format::of(Path::new(&self.path.0));
         let format = format.map_err(|e| FieldError::new("path", e.to_string()))?;
+        format.bits(None).map_err(|e| FieldError::new("path", e.to_string()))?;
         format.bits(self.bits).map_err(|e| FieldError::new("bits", e.to_string()))?;
         let has_color_only = self.channels == BTreeSet::from([Channel::Color]);
         if format == Format::Png && !has_color_only {

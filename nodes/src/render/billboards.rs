@@ -238,7 +238,14 @@ impl Node for Billboards {
             Subject::new(&inputs.get(link))
                 .map_err(|error| Error::invalid(format!("picture {number}: {error}")))
         };
-        let subjects = self.pictures.iter().enumerate().map(subject).collect::<Result<_>>()?;
+        let subjects: Vec<Subject> =
+            self.pictures.iter().enumerate().map(subject).collect::<Result<_>>()?;
+        for number in (0..subjects.len()).filter(|number| subjects[*number].is_opaque) {
+            inputs.warn(&format!(
+                "picture {number} is opaque everywhere, so that its cards are rectangles: cut it out with `Matte`, \
+                 without `preview`"
+            ));
+        }
         let stand = Stand { label: self.name.clone(), color: self.color, lit: self.lit };
         billboard::image(subjects, trees, stand, &view, wanted.plan, wanted.rows.clone())
     }

@@ -19,9 +19,9 @@ use std::sync::Arc;
 /// (the place in the world and in the object, metres), `N`, `I` (to the eye), `u`, `v`, `x`, `y` (the place in
 /// the picture, 0 to 1), `color`, `alpha`, `depth`, `width` (what a pixel covers, metres), `coverage` (how much
 /// of its pixel is covered, 0 to 1), `frame`, `face`, `object` and `material` (numbers; the last two from names,
-/// the same in every frame), `front`, and `object('*tree*')` and `material('glass*')`, 1 where the name, or
-/// the end of it after a `/`, fits. Functions have SeExpr's names: `noise`,
-/// `snoise`, `vnoise`, `fbm`, `turbulence`, `cellnoise`, `voronoi`, `mix`, `clamp`, `smoothstep(x, a, b)`,
+/// the same in every frame), `front`, and `object('*tree*')` and `material('glass*')`, 1 where the name fits, or
+/// that of a group that it is in, or any such part of its path. Functions have SeExpr's names: `noise(p)`,
+/// `snoise(p)`, `vnoise(p)`, `fbm(p, octaves, lacunarity, gain)`, `turbulence` alike, `cellnoise(p)`, `voronoi`, `mix(a, b, share)`, `clamp`, `smoothstep(x, a, b)`,
 /// `fmod` (never negative for a positive divisor, as is `%`: patterns go on across 0), `fit`, `remap`, `bias`, `gamma`, `contrast`, `saturate`, `rgbtohsl`, `dot`, `norm` and more. There are `if (..) {}
 /// else {}`, `a ? b : c`, vectors `[x, y, z]` with parts `.x` or `[0]`, and functions of one's own,
 /// `def name(a, b) { c = a * b; c + 1 }`, before all else.
@@ -85,6 +85,8 @@ impl Node for Stream {
 
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let shader = self.shader().map_err(|fault| Error::invalid(fault.to_string()))?;
-        inputs.get(&self.image).shaded(Arc::new(shader))
+        let image = inputs.get(&self.image);
+        shader.names_of_nothing(|| image.names()).iter().for_each(|said| inputs.warn(said));
+        image.shaded(Arc::new(shader))
     }
 }

@@ -50,6 +50,11 @@ impl Node for ReadScene {
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.resolve(inputs), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));
+        for missing in scene.missing_pictures() {
+            inputs.warn(&format!(
+                "{missing}: it cannot be shaded so; `pictures: false` leaves all away"
+            ));
+        }
         let without_area: usize = scene.faults().map(|(_, faults)| faults.without_area).sum();
         if without_area > 0 {
             let file = &file.0;

@@ -22,7 +22,7 @@ use std::path::Path;
 
 use super::super::document::{Document, VERSION};
 use crate::error::{Error, Result};
-use crate::text::options;
+use crate::text::{options, wording};
 
 /// Parses a scene text.
 ///
@@ -34,7 +34,15 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
     })?;
     let document: Document = options().from_str(text).map_err(|e| {
         let at = e.span.start;
-        Error::at_line(path, at.line, at.col, e.code.to_string())
+        let line = text.lines().nth(at.line.saturating_sub(1)).unwrap_or("");
+        let rest =
+            line.char_indices().nth(at.col.saturating_sub(1)).map_or("", |(i, _)| &line[i..]);
+        let said = wording(&e.code, rest);
+        let message = match said.help {
+            Some(help) => format!("{}: {help}", said.message),
+            None => said.message,
+        };
+        Error::at_line(path, at.line, at.col, message)
     })?;
     if document.version != VERSION {
         return Err(Error::in_file(
