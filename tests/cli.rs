@@ -89,6 +89,31 @@ fn texts_need_no_quotes_within_the_shells() {
 }
 
 #[test]
+fn a_window_of_a_merge_is_the_part_of_the_whole_where_an_input_is_moved() {
+    let folder = Folder::new("moved");
+    let graph =
+        GRAPH.replace("boxes\": Scanline", "still\": Scanline").replace("a.png", "a.exr").replace(
+            "\"picture\": R",
+            "\"up\": Transform(image: \"still\", translate: (5, -7)), \
+             \"boxes\": DepthMerge(inputs: [\"still\", \"up\"]), \"picture\": R",
+        );
+    std::fs::write(folder.0.join("g.ron"), graph).unwrap();
+    let render = |window: &[&str]| {
+        let ran = folder.run(&[&["render", "g.ron", "-q"], window].concat());
+        assert_eq!(ran.code, Some(0), "{ran:?}");
+        spandrel_engine::image::file::read(&folder.0.join("out/a.exr")).unwrap()
+    };
+    let whole = render(&[]);
+    let part = render(&["--window", "8,5,20,12"]);
+    let mut shown = 0;
+    for (x, y) in (8..28).flat_map(|x| (5..17).map(move |y| (x, y))) {
+        assert_eq!(part.rgba(x - 8, y - 5), whole.rgba(x, y), "{x}, {y}");
+        shown += u32::from(part.rgba(x - 8, y - 5)[3] > 0.0);
+    }
+    assert!(shown > 60, "{shown}");
+}
+
+#[test]
 fn names_of_nothing_and_pictures_that_are_not_there_are_told() {
     let folder = Folder::new("names");
     let scene = "Scene(materials: {\"wood\": (color: 1, maps: {\"color\": (picture: File(\"no.png\"))}), \

@@ -55,6 +55,8 @@ fn faults_say_where_they_are_and_what_helps() {
     fault(&nodes("\"a\": Camera(rol: 3)"), "rol", &["did you mean `roll`"]);
     fault(&nodes("\"a\": Camera(roll: 1, roll: 2)"), "roll", &["twice"]);
     fault(&nodes("\"a\": Camera(roll: \"x\")"), "\"x\"", &[]);
+    let trees = "\"a\": Camera(), \"b\": Billboards(camera: \"a\", trees: [(0, (0, 0, 0), 5)])";
+    fault(&nodes(trees), "\"b\"", &["cut-out photographs"]);
     fault(&nodes("\"a\": Camera(field_of_view: 200)"), "200", &["out of range"]);
     fault(&nodes("\"a\": Camera(roll: NaN)"), "NaN", &["not finite"]);
     fault(&nodes("\"a\": Camera(back: inf)"), "inf", &["not finite"]);

@@ -206,6 +206,24 @@ fn textures_of_gltf_lie_by_their_set_and_their_transform() {
     let path = gltf_square("skew", "ramp.png", info);
     let notes = read::scene(&path, None, "skew", &read::ReadOptions::default()).unwrap().notes;
     assert!(notes.iter().any(|note| note.contains("skews")), "{notes:?}");
+    // Whatever is wrong with a transform, the texture lies by the set that it names.
+    let looks = |name: &str, info: &str| {
+        let path = gltf_square(name, "ramp.png", info);
+        let scene = read::scene(&path, None, name, &read::ReadOptions::default()).unwrap();
+        colors(&spans(Arc::new(scene), &view), Filter::default())
+    };
+    let plain = looks("second", r#"{"index":0,"texCoord":1}"#);
+    assert_ne!(plain, looks("first", r#"{"index":0}"#));
+    for wrong in [r#""rotation":0.5,"scale":[1,3]"#, r#""scale":"wide""#, r#""scale":[0,1e300]"#] {
+        let info = format!(
+            r#"{{"index":0,"extensions":{{"KHR_texture_transform":{{{wrong},"texCoord":1}}}}}}"#
+        );
+        assert_eq!(looks("wrong", &info), plain, "{wrong}");
+    }
+    // Coordinates that the mesh does not have are told.
+    let path = gltf_square("third", "ramp.png", r#"{"index":0,"texCoord":3}"#);
+    let notes = read::scene(&path, None, "third", &read::ReadOptions::default()).unwrap().notes;
+    assert!(notes.iter().any(|note| note.contains("coordinates 3")), "{notes:?}");
 }
 
 #[test]

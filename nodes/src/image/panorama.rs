@@ -12,7 +12,8 @@ use spandrel_engine::values::{Lines, Picture};
 
 /// What stands behind everything, seen in all directions: the `Background`s of an image of spans over each other, with all that
 /// programs drew on them, as a panorama twice as wide as high. Its middle lies towards -z, its top is the zenith.
-/// `PanoramaLight` lights with it; `Background(by: Direction)` shows it.
+/// `PanoramaLight` lights with it; `Background(by: Direction)` shows it. Link a `Background`, or what shades or merges it:
+/// images that are moved, or read from a file of spans, have lines of their own and fit no panorama.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Panorama {

@@ -19,7 +19,6 @@ use crate::camera::Camera;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Finish, Gloss};
-use crate::texture::Mapping;
 
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let (file, blob) = parse::parse(reader, bytes)?;
@@ -121,10 +120,8 @@ impl Builder<'_> {
                 return;
             }
             let wrap = parse::wrap(file, texture);
-            let (mapping, of_uv) = parse::placing(others, of_uv, wrap).unwrap_or_else(|what| {
-                self.reader.note(what);
-                (Mapping { wrap, ..Mapping::default() }, of_uv)
-            });
+            let (mapping, of_uv, fault) = parse::placing(others, of_uv, wrap);
+            fault.into_iter().for_each(|what| self.reader.note(what));
             let taken = *uv_set.get_or_insert(of_uv);
             if of_uv != taken {
                 self.reader.note(format!(
