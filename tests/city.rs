@@ -135,6 +135,21 @@ fn a_house_has_its_surfaces_once_each_with_kinds_pictures_and_parts() {
     let user = &reading.document.plans[0].root.children[0].user;
     assert_eq!((user["name"].as_str(), user["colour"].as_str()), ("Home", "red"));
     assert!(scene.notes.iter().any(|note| note.contains("\"#nothing\"")), "{:?}", scene.notes);
+    // A window that is finer than its wall leaves the wall; comments, empty rings and flat positions change nothing.
+    let finer = house()
+        .replace("<bldg:Window><bldg:lod2", "<bldg:Window><bldg:lod3")
+        .replace("</bldg:lod2MultiSurface></bldg:Window>", "</bldg:lod3MultiSurface></bldg:Window>")
+        .replace("4 5 3 0 5 3", "4 5 3<!-- here --> 0 5 3")
+        .replace(
+            "</gml:interior>",
+            "</gml:interior><gml:interior><gml:LinearRing/></gml:interior>",
+        );
+    let mut same = faces(&open(scratch.path(), &finer, &ReadOptions::default()).unwrap());
+    same.sort_by(|a, b| a.3.total_cmp(&b.3));
+    assert_eq!(same, found);
+    let flat = house().replace("<bldg:lod1Solid>", "<bldg:lod1Solid srsDimension=\"2\">");
+    open(scratch.path(), &flat.replace("9 0 0 9 9 9", "9 0 9 9 9"), &ReadOptions::default())
+        .unwrap();
     let mesh = scene.instances.iter().find(|i| i.path == "house").unwrap().geometry.mesh();
     let corner = mesh.points.iter().position(|p| *p == DVec3::new(4.0, 5.0, 3.0)).unwrap();
     assert_eq!(mesh.uvs[corner].to_array(), [1.0, 0.5]);
@@ -216,6 +231,19 @@ fn what_is_wrong_in_a_city_is_told_with_its_place() {
     let text = format!(
         "{HEAD}<cityObjectMember><bldg:Building>{}</bldg:Building></cityObjectMember></CityModel>",
         multi(2, &ring)
+    );
+    assert!(error(&text).contains("without an end"));
+    // Objects that share all of their surfaces with all others.
+    let shared: String =
+        (0..300).map(|k| polygon(&format!("p{k}"), &["0 0 0 1 0 0 1 1 0 0 0 0"])).collect();
+    let objects: String = (0..300)
+        .map(|_| {
+            "<cityObjectMember><bldg:Building><bldg:lod2Solid xlink:href=\"#all\"/></bldg:Building></cityObjectMember>"
+        })
+        .collect();
+    let text = format!(
+        "{HEAD}<cityObjectMember><bldg:Building><bldg:lod2Solid><gml:Solid gml:id=\"all\">{shared}</gml:Solid>\
+         </bldg:lod2Solid></bldg:Building></cityObjectMember>{objects}</CityModel>"
     );
     assert!(error(&text).contains("without an end"));
     let deep = format!(

@@ -477,3 +477,37 @@ fn walls_that_are_not_quite_flat_cast_no_shadow_on_themselves() {
         assert!(worst < 1e-6, "{shadows:?}: {worst}");
     }
 }
+
+#[test]
+fn faces_that_are_not_quite_flat_cast_their_shadows_on_others() {
+    // An L over a floor: flat; bent within what counts as flat; and with a drawn edge, which is taken as flat however bent.
+    let slab = |bend: f64, edge: &str| {
+        format!(
+            "Scene(materials: {{\"w\": (color: 1)}}, plans: [(name: \"p\", root: (material: \"w\", children: [
+            (name: \"floor\", shape: Polygon(outline: [(-5, 0, 5), (5, 0, 5), (5, 0, -5), (-5, 0, -5)])),
+            (name: \"slab\", shape: Faces(points: [(-1, 0.02, 1), (1, 0.02, 1), (1, 0.02, 0), (0, 0.02, 0),
+            (0, 0.02, -1), (-1, {}, -1)], faces: [(outline: [0, 1, 2, 3, 4, 5]{edge})]))]))])",
+            0.02 + bend
+        )
+    };
+    let dark = |bend: f64, edge: &str, shadows: Shadows| {
+        let document = text::parse(Path::new("slab.ron"), slab(bend, edge).as_bytes()).unwrap();
+        let scene = Scene::new(&document, None, "s", Key::of(&document), Path::new("")).unwrap();
+        let camera = Camera { position: DVec3::new(0.0, 5.0, 5.0), ..Camera::default() };
+        let image = render(&Arc::new(scene), &camera, (240, 160), Rule::Sloped(4));
+        let lamps = vec![lights::sun((0.97, -0.24, -0.1), Color::WHITE)];
+        let light = Illuminate { shadows, ..illuminate(lamps, Color::BLACK, Color::BLACK) };
+        let shown = picture(&image.shaded(Arc::new(light)).unwrap(), Rule::Sloped(4));
+        let pairs = shown.float("R").unwrap().iter().zip(shown.float("A").unwrap());
+        pairs.map(|(r, a)| f64::from(*a) - f64::from(*r) / 0.24).sum::<f64>()
+    };
+    for shadows in [Shadows::Volumes, Shadows::Rays(4)] {
+        let flat = dark(0.0, "", shadows);
+        assert!(flat > 20.0, "{flat}");
+        let bent = dark(1.5e-3, "", shadows);
+        assert!((bent / flat - 1.0).abs() < 0.05, "{shadows:?}: {bent} of {flat}");
+        let edge = ", edge: (width: 1, color: \"#203040\")";
+        let (flat, bent) = (dark(0.0, edge, shadows), dark(0.15, edge, shadows));
+        assert!(bent > 0.9 * flat, "{shadows:?}: {bent} of {flat}");
+    }
+}

@@ -84,6 +84,15 @@ fn pictures_that_do_not_fit_together_are_read_once_each_and_show_the_same() {
         map("color", "color2.png", 'Y'),
         map("color", "color3.png", 'Y'),
     );
+    // And one that is divided without any picture.
+    let floor = floor.replace("Scene(materials: {", "Scene(materials: {
+            \"side\": (domains: (define: Checker, mapping: (by: X, length: (0.5, 0.5)), table: {0: \"e\", 1: \"f\"})),
+            \"e\": (color: (1, 0, 0)), \"f\": (color: (0, 0, 1), maps: {\"bump\": (picture: Wave(3, 2), strength: 0.01)}),");
+    let floor = floor.replace(
+        "root: (material: \"floor\",",
+        "root: (children: [(name: \"side\", material: \"side\",
+            shape: Polygon(outline: [(-2, 0, 2), (-2, 0, -4), (-2, 2, -4), (-2, 2, 2)]))], material: \"floor\",",
+    );
     std::fs::write(folder.join("floor.ron"), floor).unwrap();
     std::fs::write(folder.join("g.ron"), GRAPH).unwrap();
     let (all, told, _) = render(folder, "1G");

@@ -525,7 +525,6 @@ fn more_pictures_than_the_limit_allows_are_shown_all_the_same() {
     let source = |number: u32| Source {
         key: Key::of(&("picture", number)),
         meaning: Meaning::Color,
-        bytes: Box::new(|| 0),
         read: Box::new(move || {
             let texels =
                 (0..size * size).map(|at| [((at * (number + 3)) % 251) as u8; 4]).collect();
@@ -569,7 +568,6 @@ fn what_is_far_away_takes_little_memory() {
     let source = Source {
         key: Key::of("large"),
         meaning: Meaning::Color,
-        bytes: Box::new(|| 0),
         read: Box::new(move || {
             let samples = vec![[90, 120, 150, 255]; (size * size) as usize];
             let samples = spandrel_engine::image::texels::Samples::Bytes(samples);

@@ -25,7 +25,7 @@ pub trait Surfaces: Any + Send + Sync + Debug {
     }
 
     /// The pictures that lie on its faces, in sets: of more than memory holds, only those of a few sets are there at
-    /// once (\[N], "Texture mapping").
+    /// once (\[N], "Texture mapping"). Every face that is [divided](Surfaces::divide) has a set, be it without pictures.
     fn picture_sets(&self) -> Vec<PictureSet> {
         Vec::new()
     }

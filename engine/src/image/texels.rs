@@ -151,7 +151,7 @@ pub fn bytes(path: &Path) -> u64 {
         "exr" => {
             let meta = ::exr::meta::MetaData::read_from_file(path, false).ok();
             let size = meta.and_then(|meta| Some(meta.headers.first()?.layer_size));
-            size.map(|size| 16 * size.area() as u64)
+            size.map(|size| (size.area() as u64).saturating_mul(16))
         }
         ending => {
             let opened = File::open(path).ok().map(BufReader::new);
@@ -159,12 +159,12 @@ pub fn bytes(path: &Path) -> u64 {
             opened.and_then(|file| texel_bytes(file, format))
         }
     };
-    texels.unwrap_or(0) / 3 * 4
+    (texels.unwrap_or(0) / 3).saturating_mul(4)
 }
 
 /// The same of a PNG or JPEG.
 pub fn bytes_of(picture: &[u8]) -> u64 {
-    texel_bytes(Cursor::new(picture), None).unwrap_or(0) / 3 * 4
+    (texel_bytes(Cursor::new(picture), None).unwrap_or(0) / 3).saturating_mul(4)
 }
 
 fn texel_bytes(picture: impl BufRead + Seek, format: Option<ImageFormat>) -> Option<u64> {
@@ -176,7 +176,7 @@ fn texel_bytes(picture: impl BufRead + Seek, format: Option<ImageFormat>) -> Opt
     let (width, height) = decoder.dimensions();
     let color = decoder.color_type();
     let texel = if color.bytes_per_pixel() > color.channel_count() { 16 } else { 4 };
-    Some(u64::from(width) * u64::from(height) * texel)
+    Some((u64::from(width) * u64::from(height)).saturating_mul(texel))
 }
 
 fn finite(path: &Path, texels: Texels) -> Result<Texels> {

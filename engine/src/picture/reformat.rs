@@ -88,9 +88,8 @@ impl Reformat {
             let texels = once.lock().ok().and_then(|mut once| once.take());
             texels.ok_or_else(|| Error::invalid("the picture is gone"))
         };
-        let bytes = Box::new(move || 16 * count as u64 / 3 * 4);
-        let (key, meaning) = (Key::of("reformat"), Meaning::Color);
-        let source = Source { key, meaning, read: Box::new(read), bytes };
+        let source =
+            Source { key: Key::of("reformat"), meaning: Meaning::Color, read: Box::new(read) };
         let store = Arc::new(Store::new(usize::MAX));
         // The levels are made before rows share them.
         store.open(&source)?;

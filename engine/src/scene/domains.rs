@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use super::maps::Sizes;
 use crate::error::{Error, FirstError, Result};
 use crate::image::texels::{self, Samples, Texels};
 use crate::key::{Key, KeyHasher};
@@ -157,9 +158,7 @@ impl Ready {
             key.value(&(&ready.path, &known, four, about));
             let (from, known) = (ready.path.clone(), known.clone());
             let read = Box::new(move || indices(&from, &known));
-            let from = ready.path.clone();
-            let bytes = Box::new(move || texels::bytes(&from));
-            Source { key: key.finish(), meaning: Meaning::Indices(four), read, bytes }
+            Source { key: key.finish(), meaning: Meaning::Indices(four), read }
         };
         ready.sources = known.chunks(4).map(source).collect();
         ready
@@ -181,8 +180,9 @@ impl Ready {
     }
 
     /// Its trigger patterns, and the bytes that each takes at most.
-    pub(super) fn pictures(&self) -> impl Iterator<Item = (Key, u64)> + '_ {
-        self.sources.iter().map(|source| (source.key, (source.bytes)()))
+    pub(super) fn pictures(&self, sizes: &mut Sizes) -> Vec<(Key, u64)> {
+        let sources = self.sources.iter();
+        sources.map(|source| (source.key, sizes.of(source.key, &self.path, None))).collect()
     }
 
     /// The pictures at hand, for a batch of fragments.

@@ -149,12 +149,16 @@ impl Geometry {
         if is_front { normal } else { -normal }
     }
 
-    /// How far corners of a face leave the plane in which it is seen, at most.
-    pub fn off(&self, face: usize) -> f64 {
-        let Support { point, normal } = self.supports[self.support_of(face).0];
-        let off = |corner: &u32| (self.mesh.points[*corner as usize] - point).dot(normal).abs();
+    /// The plane in which a face is seen, if corners leave it by more than their noise.
+    pub fn left_plane(&self, face: usize) -> Option<Support> {
+        let support = self.supports[self.support_of(face).0];
         let holes = self.mesh.holes(face).iter().flatten();
-        self.mesh.outline(face).iter().chain(holes).map(off).fold(0.0, f64::max)
+        let corners = self.mesh.outline(face).iter().chain(holes);
+        let (off, reach) = corners.fold((0.0f64, 0.0f64), |(off, reach), corner| {
+            let from = self.mesh.points[*corner as usize] - support.point;
+            (off.max(from.dot(support.normal).abs()), reach.max(from.length()))
+        });
+        (off > reach * COPLANARITY / 10.0).then_some(support)
     }
 
     /// A face in convex pieces that cover it, holes left out: itself, or triangles. Corners are vertices of

@@ -2,8 +2,9 @@
 //! transparency maps; \[D], colour, bump and optical attributes by pictures and functions).
 
 use glam::{DAffine3, DVec2, DVec3};
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::material::{AlphaMode, Map, Material, Picture};
 use super::read::gltf;
@@ -83,6 +84,26 @@ pub(super) fn check(name: &str, map: &Map) -> Result<()> {
         return Err(Error::invalid("it names no file"));
     }
     map.mapping.check()
+}
+
+/// The bytes that pictures take as pyramids, at most, told by their heads: each file is asked once.
+#[derive(Default)]
+pub(super) struct Sizes {
+    known: HashMap<Key, u64>,
+    /// Of the pictures that a file holds.
+    embedded: HashMap<PathBuf, Vec<u64>>,
+}
+
+impl Sizes {
+    /// Of a picture that is a file, or has a number in one.
+    pub(super) fn of(&mut self, key: Key, path: &Path, number: Option<u32>) -> u64 {
+        let Some(number) = number else {
+            return *self.known.entry(key).or_insert_with(|| texels::bytes(path));
+        };
+        let held = self.embedded.entry(path.to_owned());
+        let held = held.or_insert_with(|| gltf::picture_bytes(path).unwrap_or_default());
+        held.get(number as usize).copied().unwrap_or(0)
+    }
 }
 
 /// The maps of a material.
@@ -197,9 +218,16 @@ impl Maps {
     }
 
     /// Its pictures, and the bytes that each takes at most.
-    pub(super) fn pictures(&self) -> impl Iterator<Item = (Key, u64)> + '_ {
-        let sources = self.maps.iter().filter_map(|map| map.source.as_ref());
-        sources.map(|(_, source)| (source.key, (source.bytes)()))
+    pub(super) fn pictures(&self, sizes: &mut Sizes) -> Vec<(Key, u64)> {
+        let one = |map: &Ready| {
+            let (path, source) = map.source.as_ref()?;
+            let number = match map.map.picture {
+                Picture::Embedded(_, number) => Some(number),
+                Picture::File(_) | Picture::Wave(..) => None,
+            };
+            Some((source.key, sizes.of(source.key, path, number)))
+        };
+        self.maps.iter().filter_map(one).collect()
     }
 
     /// The pictures at hand, for a batch of fragments.
@@ -438,11 +466,5 @@ fn source(picture: &Picture, what: What, meaning: Meaning) -> Option<(PathBuf, S
         }?;
         Ok(if is_alpha { texels.into_alpha() } else { texels })
     };
-    let from = path.clone();
-    let bytes = move || match number {
-        None => texels::bytes(&from),
-        Some(number) => gltf::picture(&from, number).map_or(0, |bytes| texels::bytes_of(&bytes)),
-    };
-    let (read, bytes) = (Box::new(read), Box::new(bytes));
-    Some((path, Source { key: key.finish(), meaning, read, bytes }))
+    Some((path, Source { key: key.finish(), meaning, read: Box::new(read) }))
 }

@@ -6,8 +6,8 @@ use std::sync::{Arc, OnceLock};
 use super::domains::Ready;
 use super::face::{Back, Sides};
 use super::flat::{Instance, Scene};
-use super::geometry::{Frame, Part};
-use super::maps::{At, Maps, Seen};
+use super::geometry::{Frame, Part, Support};
+use super::maps::{At, Maps, Seen, Sizes};
 use super::material::{AlphaMode, Material};
 use super::mesh::Mesh;
 use crate::color::Color;
@@ -93,13 +93,14 @@ impl SceneSurfaces {
     }
 
     /// The pictures of a material and its bundles.
-    fn pictures_of(&self, number: u32) -> Vec<(Key, u64)> {
+    fn pictures_of(&self, number: u32, sizes: &mut Sizes) -> Vec<(Key, u64)> {
         let domains = self.domains[number as usize].as_ref();
         let bundles = domains.into_iter().flat_map(|ready| ready.domains.bundles());
         let numbers = std::iter::once(number).chain(bundles);
         let maps = numbers.filter_map(|number| self.maps[number as usize].as_ref());
-        let pictures = maps.flat_map(Maps::pictures);
-        pictures.chain(domains.into_iter().flat_map(Ready::pictures)).collect()
+        let mut pictures: Vec<(Key, u64)> = maps.flat_map(|maps| maps.pictures(sizes)).collect();
+        pictures.extend(domains.into_iter().flat_map(|ready| ready.pictures(sizes)));
+        pictures
     }
 
     fn look(&self, ordinal: u32, sees_front: bool, bundle: Option<u32>) -> Look<'_> {
@@ -269,9 +270,16 @@ impl Surfaces for SceneSurfaces {
 
     fn picture_sets(&self) -> Vec<PictureSet> {
         let make = || {
-            let sets = (0..self.maps.len() as u32)
-                .map(|number| PictureSet { number, pictures: self.pictures_of(number) });
-            sets.filter(|set| !set.pictures.is_empty()).collect()
+            let mut sizes = Sizes::default();
+            let sets = (0..self.maps.len() as u32).map(|number| PictureSet {
+                number,
+                pictures: self.pictures_of(number, &mut sizes),
+            });
+            // What is divided is divided where its pictures are read.
+            sets.filter(|set| {
+                !set.pictures.is_empty() || self.domains[set.number as usize].is_some()
+            })
+            .collect()
         };
         self.picture_sets.get_or_init(make).clone()
     }
@@ -466,16 +474,18 @@ impl Scene {
                 }
                 _ => 0,
             };
-            let axes = [world.matrix3.x_axis, world.matrix3.y_axis, world.matrix3.z_axis];
-            let scale = axes.map(DVec3::length).into_iter().fold(0.0, f64::max);
+            let turned = normal_matrix(&world.matrix3);
             for (face, opacity) in opacities.into_iter().enumerate() {
-                let off = (geometry.off(face) * scale) as f32;
+                let plane = geometry.left_plane(face).map(|Support { normal, point }| {
+                    let normal = (turned * normal).normalize_or_zero();
+                    builder.plane(normal, world.transform_point3(point))
+                });
                 let number = instance.first_ordinal + geometry.first_part(face);
                 geometry.pieces(face, |corners| {
                     builder.piece(
                         number,
                         opacity,
-                        (body, off),
+                        (body, plane),
                         corners.iter().map(|corner| base + corner),
                     );
                 });

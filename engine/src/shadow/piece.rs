@@ -44,9 +44,12 @@ pub fn opacity(
     surfaces.alpha_at(view, &met)
 }
 
-/// Whether a piece lies in the plane of a face as flat as its own face is, and within a share of how far it reaches from
-/// the point that the plane is given by: a corner may be that very point, but for rounding. A card does that turns about a line in it: it casts nothing on
-/// itself as it is seen.
+/// How far the planes of two faces may lean and be apart, as a share of how far a piece reaches, to be one.
+const ONE_PLANE: f64 = 1e-6;
+
+/// Whether a piece lies in the plane of a face: its corners do, as a share of how far they reach from the point that the
+/// plane is given by (a corner may be that very point, but for rounding), or its own face is seen in that plane, as flat
+/// as its file has it. A card does that turns about a line in it: it casts nothing on itself as it is seen.
 pub fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3)) -> bool {
     if let Some(card) = casters.card(piece) {
         let from = card.middle() - point;
@@ -58,6 +61,10 @@ pub fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3))
         let from = corner - point;
         (off.max(normal.dot(from).abs()), reach.max(from.length_squared()))
     });
-    let own = f64::from(casters.pieces()[piece].off) * 1.001;
-    off <= IN_PLANE * reach.sqrt() + own
+    let reach = reach.sqrt();
+    off <= IN_PLANE * reach
+        || casters.plane(piece).is_some_and(|(own, through)| {
+            own.cross(normal).length_squared() <= ONE_PLANE * ONE_PLANE
+                && own.dot(point - through).abs() <= ONE_PLANE * reach
+        })
 }

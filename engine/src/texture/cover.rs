@@ -228,8 +228,7 @@ mod tests {
         let size = (width, height);
         let read = move || Ok(Texels { size, samples: Samples::Bytes(texels.clone()) });
         let meaning = Meaning::Indices([0, 1, 2, 3]);
-        let (key, bytes) = (Key::of("indices"), Box::new(|| 0));
-        let source = Source { key, meaning, read: Box::new(read), bytes };
+        let source = Source { key: Key::of("indices"), meaning, read: Box::new(read) };
         let store = Store::new(1 << 20);
         let opened = store.open(&source).unwrap();
         for (at, right, down) in CASES {

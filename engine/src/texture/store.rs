@@ -22,8 +22,6 @@ pub struct Source {
     pub meaning: Meaning,
     /// How it is read.
     pub read: Box<dyn Fn() -> Result<Texels> + Send + Sync>,
-    /// The bytes that its pyramid takes at most, told without reading it.
-    pub bytes: Box<dyn Fn() -> u64 + Send + Sync>,
 }
 
 impl Source {
@@ -54,9 +52,8 @@ impl Source {
         let read = move || -> Result<Texels> {
             Ok(Texels { size: held.size, samples: Samples::Linear(held.pixels().collect()) })
         };
-        let bytes = Box::new(move || 16 * area as u64 / 3 * 4);
         let (key, meaning) = (key.finish(), Meaning::Color);
-        Ok((Source { key, meaning, read: Box::new(read), bytes }, is_opaque))
+        Ok((Source { key, meaning, read: Box::new(read) }, is_opaque))
     }
 }
 

@@ -46,11 +46,10 @@ pub struct Piece {
     /// If it is of an opaque closed body, the body's number from 1 on, negative if its faces look inwards; else
     /// 0.
     pub body: i32,
-    /// How far its corners leave the plane in which its face is seen, at most, in metres: faces are as flat as their
-    /// files are exact.
-    pub off: f32,
     /// If it turns to the light, the number of its card.
     card: Option<u32>,
+    /// If its corners leave the plane in which its face is seen, the number of that plane.
+    plane: Option<u32>,
     first: u32,
     count: u32,
 }
@@ -62,6 +61,8 @@ pub struct Casters {
     corners: Vec<u32>,
     pieces: Vec<Piece>,
     cards: Vec<Card>,
+    /// The planes in which faces are seen that are not quite flat, by unit normals and points.
+    planes: Vec<(DVec3, DVec3)>,
     /// The least and the greatest corner of each closed body.
     bodies: Vec<[DVec3; 2]>,
     tree: Option<Tree>,
@@ -131,13 +132,19 @@ impl CastersBuilder {
         self.0.bodies.len() as i32
     }
 
+    /// Adds the plane in which a face is seen that is not quite flat, by its unit normal and a point; returns its number.
+    pub fn plane(&mut self, normal: DVec3, point: DVec3) -> u32 {
+        self.0.planes.push((normal, point));
+        self.0.planes.len() as u32 - 1
+    }
+
     /// Adds a convex piece of a face by the numbers of its corners. Pieces that are not finite are left
     /// out.
     pub fn piece(
         &mut self,
         face: u32,
         opacity: f32,
-        (body, off): (i32, f32),
+        (body, plane): (i32, Option<u32>),
         corners: impl Iterator<Item = u32>,
     ) {
         let first = self.0.corners.len();
@@ -149,7 +156,7 @@ impl CastersBuilder {
             return;
         }
         let (first, count) = (first as u32, count as u32);
-        self.0.pieces.push(Piece { face, opacity, body, off, card: None, first, count });
+        self.0.pieces.push(Piece { face, opacity, body, card: None, plane, first, count });
     }
 
     /// Adds a face that turns to the light; what it holds back differs from place to place.
@@ -160,7 +167,7 @@ impl CastersBuilder {
             [low, DVec3::new(high.x, low.y, high.z), high, DVec3::new(low.x, high.y, low.z)];
         let first = self.points(across.into_iter());
         let before = self.0.pieces.len();
-        self.piece(face, f32::NAN, (0, 0.0), first..first + 4);
+        self.piece(face, f32::NAN, (0, None), first..first + 4);
         if let Some(piece) = self.0.pieces.get_mut(before) {
             piece.card = Some(self.0.cards.len() as u32);
             self.0.cards.push(card);
@@ -291,6 +298,11 @@ impl Casters {
         })
     }
 
+    /// The plane in which the face of a piece is seen, by its unit normal and a point, if the piece leaves it.
+    pub fn plane(&self, piece: usize) -> Option<(DVec3, DVec3)> {
+        self.pieces[piece].plane.map(|plane| self.planes[plane as usize])
+    }
+
     /// The card that a piece is, if it turns.
     pub fn card(&self, piece: usize) -> Option<&Card> {
         self.pieces[piece].card.map(|card| &self.cards[card as usize])
@@ -318,6 +330,7 @@ impl Casters {
             + size_of_val(&*self.corners)
             + size_of_val(&*self.pieces)
             + size_of_val(&*self.cards)
+            + size_of_val(&*self.planes)
             + nodes
     }
 
@@ -496,13 +509,13 @@ mod tests {
                 builder.piece(
                     i * columns + j,
                     1.0,
-                    (0, 0.0),
+                    (0, None),
                     [quad[0], quad[1], quad[2]].into_iter(),
                 );
                 builder.piece(
                     i * columns + j,
                     1.0,
-                    (0, 0.0),
+                    (0, None),
                     [quad[0], quad[2], quad[3]].into_iter(),
                 );
             }

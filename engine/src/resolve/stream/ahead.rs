@@ -102,7 +102,7 @@ impl Group {
 /// The bytes that sets of pictures take together.
 fn room<'s>(sets: impl Iterator<Item = &'s PictureSet>) -> u64 {
     let pictures: BTreeMap<Key, u64> = sets.flat_map(|set| set.pictures.iter().copied()).collect();
-    pictures.values().sum()
+    pictures.into_values().fold(0, u64::saturating_add)
 }
 
 /// Sets of pictures in their order, as many at a time as there is room for: at least one.

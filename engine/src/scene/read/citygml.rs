@@ -52,7 +52,13 @@ pub(super) fn read(
             converter.object(object, None, 0)?;
         }
     }
-    let Converter { objects, vertices, materials, textures, places, .. } = converter;
+    let Converter { objects, vertices, materials, textures, places, empty, dead, .. } = converter;
+    let left_out =
+        [(empty, "surfaces without corners are left out"), (dead, "references lead to nothing")];
+    for (LeftOut { count, first }, what) in left_out.into_iter().filter(|(some, _)| some.count > 0)
+    {
+        reader.note(format!("{count} {what}; the first: {first}"));
+    }
     let vertices = match in_degrees(root) {
         true => flat(reader, &vertices, options)?,
         false => vertices,
@@ -62,6 +68,19 @@ pub(super) fn read(
     let city =
         City { kind, version, objects, vertices, transform: None, appearance, templates: None };
     cityjson::build(reader, &city)
+}
+
+/// How many objects a surface belongs to, at most, in the mean of a file.
+const MOST_USES: usize = 16;
+
+/// Whether an element is a surface with rings.
+fn is_polygon(node: Node<'_, '_>) -> bool {
+    matches!(name(node), "Polygon" | "PolygonPatch" | "Triangle" | "Rectangle")
+}
+
+/// The text of an element, whatever comments stand in it.
+fn text_of(node: Node<'_, '_>) -> String {
+    node.children().filter(Node::is_text).filter_map(|text| text.text()).collect()
 }
 
 /// The name of an element without its namespace.
@@ -92,6 +111,11 @@ fn flat(
     positions: &[[f64; 3]],
     options: &mut ReadOptions,
 ) -> Result<Vec<[f64; 3]>> {
+    // Across the meridian of 180 degrees they go on.
+    let is_across = positions.iter().any(|p| p[1] > 90.0) && positions.iter().any(|p| p[1] < -90.0);
+    let shift =
+        |p: &[f64; 3]| if is_across && p[1] < 0.0 { [p[0], p[1] + 360.0, p[2]] } else { *p };
+    let positions: Vec<[f64; 3]> = positions.iter().map(shift).collect();
     let bound = |axis: usize| {
         let values = positions.iter().map(|position| position[axis]);
         let low = values.clone().fold(f64::INFINITY, f64::min);
@@ -101,7 +125,8 @@ fn flat(
     if positions.is_empty() {
         return Ok(Vec::new());
     }
-    for ((low, high), most) in bounds.into_iter().zip([90.0, 180.0]) {
+    for ((low, high), most) in bounds.into_iter().zip([90.0, if is_across { 360.0 } else { 180.0 }])
+    {
         if low < -most || high > most {
             return Err(reader.fault(format!(
                 "its reference system is in degrees, and positions go from {low} to {high}"
@@ -180,6 +205,22 @@ impl<'x> Found<'x> {
 /// What is said of an object: its surfaces, parts and attributes.
 type Said<'a, 'x> = (&'a mut Found<'x>, &'a mut Vec<Node<'x, 'x>>, &'a mut Map<String, Value>);
 
+/// Something that was left out: how many, and the first.
+#[derive(Default)]
+struct LeftOut {
+    count: usize,
+    first: String,
+}
+
+impl LeftOut {
+    fn add(&mut self, which: impl FnOnce() -> String) {
+        if self.count == 0 {
+            self.first = which();
+        }
+        self.count += 1;
+    }
+}
+
 /// Where surfaces are looked for.
 #[derive(Clone, Copy)]
 struct Looking<'x> {
@@ -199,6 +240,11 @@ struct Converter<'x, 'r> {
     materials: Vec<CityMaterial>,
     textures: Vec<CityTexture>,
     places: Vec<[f32; 2]>,
+    /// Surfaces without corners, and references to nothing.
+    empty: LeftOut,
+    dead: LeftOut,
+    /// How many more surfaces there may be.
+    room: usize,
     /// By surface, the number of its material.
     painted: HashMap<&'x str, usize>,
     /// By ring, the number of its picture, and where its corners' places in it begin.
@@ -208,8 +254,12 @@ struct Converter<'x, 'r> {
 impl<'x, 'r> Converter<'x, 'r> {
     fn new(reader: &'r mut Reader, root: Node<'x, 'x>) -> Converter<'x, 'r> {
         let ids = root.descendants().filter_map(|node| Some((attribute(node, "id")?, node)));
+        let polygons = root.descendants().filter(|node| is_polygon(*node)).count();
         Converter {
             ids: ids.collect(),
+            empty: LeftOut::default(),
+            dead: LeftOut::default(),
+            room: MOST_USES * polygons,
             reader,
             root,
             objects: Map::new(),
@@ -230,7 +280,8 @@ impl<'x, 'r> Converter<'x, 'r> {
 
     /// The numbers that an element's text is.
     fn numbers(&self, node: Node<'_, '_>) -> Result<Vec<f64>> {
-        let words = node.text().unwrap_or("").split_ascii_whitespace();
+        let text = text_of(node);
+        let words = text.split_ascii_whitespace();
         let number = |word: &str| match word.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
             _ => Err(self.fault(node, format!("\"{word}\" in {} is no number", name(node)))),
@@ -279,7 +330,7 @@ impl<'x, 'r> Converter<'x, 'r> {
     fn texture(&mut self, node: Node<'x, 'x>) -> Result<()> {
         let text = |wanted: &str| {
             let child = node.children().find(|child| name(*child) == wanted);
-            child.and_then(|child| child.text()).map(|text| text.trim().to_owned())
+            child.map(|child| text_of(child).trim().to_owned())
         };
         let Some(image) = text("imageURI") else { return Ok(()) };
         let number = self.textures.len();
@@ -319,8 +370,18 @@ impl<'x, 'r> Converter<'x, 'r> {
         let mut parts = Vec::new();
         let mut attributes = Map::new();
         self.properties(node, None, (&mut found, &mut parts, &mut attributes), depth)?;
-        let most = found.list.iter().map(|surface| surface.lod).max().unwrap_or(0);
-        found.list.retain(|surface| surface.lod == most);
+        // Windows and doors may be finer than the walls around them.
+        let is_opening = |surface: &Surface<'_>| matches!(surface.kind, Some("Window" | "Door"));
+        let finest = |openings: bool| {
+            let lods = found.list.iter().filter(|surface| is_opening(surface) == openings);
+            lods.map(|surface| surface.lod).max()
+        };
+        let finest = [finest(false), finest(true)];
+        found.list.retain(|surface| Some(surface.lod) == finest[usize::from(is_opening(surface))]);
+        let most = finest.into_iter().flatten().max().unwrap_or(0);
+        self.room = self.room.checked_sub(found.list.len()).ok_or_else(|| {
+            self.fault(node, "objects refer to each other's surfaces without an end")
+        })?;
         let object = json!({
             "type": name(node),
             "attributes": attributes,
@@ -339,8 +400,12 @@ impl<'x, 'r> Converter<'x, 'r> {
 
     /// The name that an object has when it is read next.
     fn next_id(&self, node: Node<'_, '_>) -> String {
-        let number = self.objects.len();
-        attribute(node, "id").map_or_else(|| format!("{} {number}", name(node)), str::to_owned)
+        if let Some(id) = attribute(node, "id") {
+            return id.to_owned();
+        }
+        let numbered = |number: usize| format!("{} {number}", name(node));
+        let is_free = |id: &String| !self.ids.contains_key(id.as_str());
+        (self.objects.len()..).map(numbered).find(is_free).unwrap_or_default()
     }
 
     /// Reads what an object, or a surface that bounds it, says of itself.
@@ -386,17 +451,16 @@ impl<'x, 'r> Converter<'x, 'r> {
                 _ => {
                     let is_part = |node: &Node<'_, '_>| {
                         let is_named = name(*node).starts_with(char::is_uppercase);
-                        let faces = ["Polygon", "Triangle", "Rectangle"];
-                        is_named && node.descendants().any(|node| faces.contains(&name(node)))
+                        is_named && node.descendants().any(is_polygon)
                     };
                     parts.extend(inside().filter(is_part));
                     let value = inside().find(|child| name(*child) == "value");
                     let said = match (attribute(property, "name"), value) {
-                        (Some(key), Some(value)) => Some((key, value.text())),
-                        _ if inside().next().is_none() => Some((what, property.text())),
+                        (Some(key), Some(value)) => Some((key, text_of(value))),
+                        _ if inside().next().is_none() => Some((what, text_of(property))),
                         _ => None,
                     };
-                    if let Some((key, Some(text))) = said {
+                    if let Some((key, text)) = said {
                         attributes.insert(key.to_owned(), text.trim().into());
                     }
                 }
@@ -424,19 +488,16 @@ impl<'x, 'r> Converter<'x, 'r> {
                     return self.surfaces(there, deeper(is_turned), found, followed);
                 }
                 Some(_) => {}
-                None => self.reader.note(format!("\"{reference}\" is referred to, and not there")),
+                None => self.dead.add(|| format!("\"{reference}\"")),
             }
             return Ok(());
         }
-        match name(node) {
-            "Polygon" | "PolygonPatch" | "Triangle" | "Rectangle" => {
-                found.add(Surface { lod, kind, polygon: node, is_turned });
-                return Ok(());
-            }
-            "OrientableSurface" if attribute(node, "orientation") == Some("-") => {
-                is_turned = !is_turned;
-            }
-            _ => {}
+        if is_polygon(node) {
+            found.add(Surface { lod, kind, polygon: node, is_turned });
+            return Ok(());
+        }
+        if name(node) == "OrientableSurface" && attribute(node, "orientation") == Some("-") {
+            is_turned = !is_turned;
         }
         for child in node.children().filter(Node::is_element) {
             self.surfaces(child, deeper(is_turned), found, followed)?;
@@ -457,10 +518,18 @@ impl<'x, 'r> Converter<'x, 'r> {
                 places.push(place);
             }
             if outlines.first().is_none_or(|outline| outline.len() < 3) {
-                let at = surface.polygon.document().text_pos_at(surface.polygon.range().start);
-                self.reader.note(format!("line {}: a surface without corners is left out", at.row));
+                let start = surface.polygon.range().start;
+                let place =
+                    || format!("line {}", surface.polygon.document().text_pos_at(start).row);
+                self.empty.add(place);
                 continue;
             }
+            // So are holes.
+            let is_hole: Vec<bool> = outlines.iter().map(|outline| outline.len() >= 3).collect();
+            let mut known = is_hole.iter();
+            outlines.retain(|_| known.next() == Some(&true));
+            let mut known = is_hole.iter();
+            places.retain(|_| known.next() == Some(&true));
             boundaries.push(json!(outlines));
             values.push(json!(surface.kind.map(|_| kinds.len())));
             kinds.extend(surface.kind.map(|kind| json!({ "type": kind })));
@@ -493,10 +562,8 @@ impl<'x, 'r> Converter<'x, 'r> {
                 "posList" | "pos" => self.numbers(list)?,
                 _ => continue,
             };
-            let size = match attribute(list, "srsDimension") {
-                Some("2") => 2,
-                _ => 3,
-            };
+            let size = list.ancestors().find_map(|node| attribute(node, "srsDimension"));
+            let size = if size == Some("2") { 2 } else { 3 };
             if !numbers.len().is_multiple_of(size) {
                 let count = numbers.len();
                 return Err(self.fault(list, format!("{count} numbers are no list of positions")));

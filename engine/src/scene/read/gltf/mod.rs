@@ -19,6 +19,7 @@ use crate::camera::Camera;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Finish, Gloss};
+use crate::image::texels;
 
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let (file, blob) = parse::parse(reader, bytes)?;
@@ -79,12 +80,34 @@ pub(in crate::scene) fn picture(path: &std::path::Path, number: u32) -> Result<V
     let bytes = reader.bytes(path)?;
     let (file, blob) = parse::parse(&reader, &bytes)?;
     let mut buffers = Buffers::new(&file, blob);
-    let fault = |what: String| Error::in_file(path, format!("picture {number}: {what}"));
-    let image = file.images().nth(number as usize);
-    let image = image.ok_or_else(|| fault("the file has no such picture".to_owned()))?;
+    let image = file.images().nth(number as usize).ok_or_else(|| {
+        Error::in_file(path, format!("picture {number}: the file has no such picture"))
+    })?;
+    held(&mut reader, &mut buffers, &image)
+}
+
+/// The bytes that the pictures of a file take as pyramids, at most; 0 for those that are not to be read.
+///
+/// # Errors
+/// If the file cannot be read.
+pub(in crate::scene) fn picture_bytes(path: &std::path::Path) -> Result<Vec<u64>> {
+    let mut reader = Reader::new(path);
+    let bytes = reader.bytes(path)?;
+    let (file, blob) = parse::parse(&reader, &bytes)?;
+    let mut buffers = Buffers::new(&file, blob);
+    let one = |image: ::gltf::Image<'_>| {
+        held(&mut reader, &mut buffers, &image).map_or(0, |bytes| texels::bytes_of(&bytes))
+    };
+    Ok(file.images().map(one).collect())
+}
+
+/// The bytes of a picture of a file.
+fn held(reader: &mut Reader, buffers: &mut Buffers, image: &::gltf::Image<'_>) -> Result<Vec<u8>> {
+    let path = reader.path.clone();
+    let fault = |what: String| Error::in_file(&path, format!("picture {}: {what}", image.index()));
     match image.source() {
         ::gltf::image::Source::View { view, .. } => {
-            let bytes = buffers.view(&mut reader, &view).map_err(|e| fault(e.to_string()))?;
+            let bytes = buffers.view(reader, &view).map_err(|e| fault(e.to_string()))?;
             Ok(bytes.to_vec())
         }
         ::gltf::image::Source::Uri { uri, .. } => match uri.strip_prefix("data:") {
