@@ -31,7 +31,7 @@ impl<const N: usize> ByNormal<[f32; N]> {
 }
 
 /// The unit vector at a place of the square of octahedral coordinates, in [-1, 1].
-fn unfold(p: DVec2) -> DVec3 {
+pub(super) fn unfold(p: DVec2) -> DVec3 {
     let y = 1.0 - p.x.abs() - p.y.abs();
     let fold = (-y).max(0.0);
     let away = |v: f64| if v >= 0.0 { v - fold } else { v + fold };
@@ -39,7 +39,7 @@ fn unfold(p: DVec2) -> DVec3 {
 }
 
 /// The place of a unit vector in the square.
-fn fold(n: DVec3) -> DVec2 {
+pub(super) fn fold(n: DVec3) -> DVec2 {
     let sum = n.x.abs() + n.y.abs() + n.z.abs();
     let p = DVec2::new(n.x, n.z) / sum;
     if n.y >= 0.0 {

@@ -8,8 +8,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
-use super::normals::ByNormal;
-use super::sky::cosine_spread;
+use super::normals::{ByNormal, fold, unfold};
 use super::{Light, Receiver, Sample};
 use crate::color::Color;
 use crate::error::{Error, Result};
@@ -27,6 +26,17 @@ const LEAST_ROWS: u32 = 8;
 /// Rows of the coarser panorama of which irradiance is summed.
 const COARSE: usize = 64;
 
+/// Rows of the cells by which directions are chosen, at most, and twice as many columns.
+const CELLS: usize = 16;
+
+/// Normals along a side of the square of octahedral coordinates for which cells are weighed: odd, so that the axes are
+/// among them.
+const NORMALS: usize = 17;
+
+/// How far directions of a cell and normals between those that are weighed are from what stands for them, at most, as an
+/// angle.
+const SLACK: f64 = 0.3;
+
 /// A panorama, of which an open horizontal plane receives 1 lux. Its middle lies towards -z, its top is the
 /// zenith.
 #[derive(Clone, Debug)]
@@ -42,10 +52,62 @@ pub struct Panorama {
 
 #[derive(Clone, Debug)]
 struct Tables {
-    /// By row, the light of it and all rows above; by pixel, of it and those left of it in its row.
+    /// By pixel, the light of it and those left of it in its row.
+    columns: Vec<f64>,
+    /// By normal, how often cells are chosen.
+    choices: Vec<Choices>,
+    irradiance: ByNormal<[f32; 3]>,
+}
+
+/// How often the cells of a panorama are chosen for a normal: as bright as they are, as the cosine has them, and a little
+/// more where the cosine is not the same all over a cell.
+#[derive(Clone, Debug)]
+struct Choices {
+    /// By cell, the share of its light that counts.
+    shares: Vec<f64>,
+    /// By row of cells, the sum of it and all rows above; by cell, of it and those left of it in its row.
     rows: Vec<f64>,
     columns: Vec<f64>,
-    irradiance: ByNormal<[f32; 3]>,
+}
+
+impl Choices {
+    /// Of cells, each with its middle and its light.
+    fn new(normal: DVec3, cells: &[(DVec3, f64)], columns_of_cells: usize) -> Choices {
+        // The greatest cosine that there may be.
+        let share = |middle: &DVec3| {
+            let angle = math::acos(middle.dot(normal).clamp(-1.0, 1.0));
+            math::cos((angle - SLACK).clamp(0.0, PI)).max(0.0)
+        };
+        let shares: Vec<f64> = cells.iter().map(|(middle, _)| share(middle)).collect();
+        let (mut rows, mut columns) = (Vec::new(), Vec::new());
+        let mut all = 0.0;
+        let weights: Vec<f64> =
+            cells.iter().zip(&shares).map(|((_, light), share)| light * share).collect();
+        for row in weights.chunks(columns_of_cells) {
+            let mut sum = 0.0;
+            for weight in row {
+                sum += weight;
+                columns.push(sum);
+            }
+            all += sum;
+            rows.push(all);
+        }
+        Choices { shares, rows, columns }
+    }
+
+    fn all(&self) -> f64 {
+        self.rows.last().copied().unwrap_or(0.0)
+    }
+}
+
+/// The place in a list of growing sums at a share of the last, and how far it is on the way from the sum before to its
+/// own.
+fn chosen(sums: &[f64], share: f64) -> (usize, f64) {
+    let wanted = share * sums[sums.len() - 1];
+    let at = sums.partition_point(|sum| *sum <= wanted).min(sums.len() - 1);
+    let before = if at == 0 { 0.0 } else { sums[at - 1] };
+    let own = sums[at] - before;
+    (at, if own > 0.0 { ((wanted - before) / own).clamp(0.0, 1.0 - 1e-12) } else { 0.5 })
 }
 
 impl Panorama {
@@ -153,8 +215,7 @@ impl Panorama {
     fn tables(&self) -> &Tables {
         self.tables.get_or_init(|| {
             let (width, height) = (self.width as usize, self.rows());
-            let (mut rows, mut columns) = (Vec::new(), Vec::new());
-            let mut all = 0.0;
+            let mut columns = Vec::new();
             for y in 0..height {
                 let solid = self.solid(y);
                 let mut sum = 0.0;
@@ -162,9 +223,20 @@ impl Panorama {
                     sum += grey(*color) * solid;
                     columns.push(sum);
                 }
-                all += sum;
-                rows.push(all);
             }
+            let [cell_columns, cell_rows] = self.cells();
+            let cells = (0..cell_columns * cell_rows).map(|cell| {
+                let [left, top, right, bottom] = self.cell(cell);
+                let middle = [left + right, top + bottom].map(|sum| sum as f64 / 2.0);
+                let row = |y: usize| between(&columns[y * width..][..width], left, right);
+                (self.direction(middle[0], middle[1]), (top..bottom).map(row).sum())
+            });
+            let lit: Vec<(DVec3, f64)> = cells.collect();
+            let side = |i: usize| i as f64 / (NORMALS - 1) as f64 * 2.0 - 1.0;
+            let normal = |i: usize| unfold(DVec2::new(side(i % NORMALS), side(i / NORMALS)));
+            let choices = (0..NORMALS * NORMALS)
+                .map(|i| Choices::new(normal(i), &lit, cell_columns))
+                .collect();
             // By coarse cell its light, in the direction that is its middle.
             let by = height.div_ceil(COARSE);
             let mut cells = vec![(DVec3::ZERO, Color::BLACK); COARSE * 2 * COARSE];
@@ -184,9 +256,15 @@ impl Panorama {
                 let parts = cells.iter().map(|(d, light)| *light * d.dot(normal).max(0.0) as f32);
                 parts.fold(Color::BLACK, |sum, part| sum + part).to_array()
             });
-            Tables { rows, columns, irradiance }
+            Tables { columns, choices, irradiance }
         })
     }
+}
+
+/// The light of some pixels of a row, by its growing sums.
+fn between(sums: &[f64], left: usize, right: usize) -> f64 {
+    let until = |x: usize| if x == 0 { 0.0 } else { sums[x - 1] };
+    until(right) - until(left)
 }
 
 fn grey(color: Color) -> f64 {
@@ -220,47 +298,64 @@ impl Light for Panorama {
     }
 
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
-        // Half of all as the cosine has them, for what is even; half as often as pixels are bright, for suns. What
-        // a direction stands for is what both together give it.
-        let Tables { rows, .. } = self.tables();
-        let (direction, color) = if choice.x < 0.5 {
-            let direction = cosine_spread(at.normal, DVec2::new(choice.x * 2.0, choice.y));
-            (direction, self.pixel(direction))
-        } else {
-            self.bright(DVec2::new(choice.x * 2.0 - 1.0, choice.y))
-        };
+        let Tables { columns, choices, .. } = self.tables();
+        let near = (fold(at.normal) + 1.0) / 2.0 * (NORMALS - 1) as f64;
+        let place = |v: f64| (v.round() as usize).min(NORMALS - 1);
+        let choices = &choices[place(near.y) * NORMALS + place(near.x)];
+        if choices.all() <= 0.0 {
+            return Sample { toward: Toward::Direction(at.normal), irradiance: Color::BLACK };
+        }
+        // A cell, a row of it and a pixel of that, as often as they are bright, each with what is left of both numbers.
+        let (row, down) = chosen(&choices.rows, choice.y);
+        let [cell_columns, _] = self.cells();
+        let of_row = &choices.columns[row * cell_columns..][..cell_columns];
+        let (column, across) = chosen(of_row, choice.x);
+        let cell = row * cell_columns + column;
+        let [left, top, right, bottom] = self.cell(cell);
+        let width = self.width as usize;
+        let of_pixels = |y: usize| &columns[y * width..][..width];
+        let mut sums = [0.0; 2 * MOST_ROWS as usize / CELLS + 1];
+        let mut sum = 0.0;
+        for (y, known) in (top..bottom).zip(&mut sums) {
+            sum += between(of_pixels(y), left, right);
+            *known = sum;
+        }
+        let (y, v) = chosen(&sums[..bottom - top], down);
+        let y = top + y;
+        let sums = of_pixels(y);
+        let before = if left == 0 { 0.0 } else { sums[left - 1] };
+        let wanted = before + across * (sums[right - 1] - before);
+        let x = (left + sums[left..right].partition_point(|sum| *sum <= wanted)).min(right - 1);
+        let own = between(sums, x, x + 1);
+        let u = if own > 0.0 { (wanted - (sums[x] - own)) / own } else { 0.5 };
+        let direction = self.direction(x as f64 + u.clamp(0.0, 1.0), y as f64 + v);
+        let color = self.colors[y * width + x];
+        let density = grey(color) * choices.shares[cell] / choices.all();
         let cosine = at.normal.dot(direction).max(0.0);
-        let density = 0.5 * cosine / PI + 0.5 * grey(color) / rows[rows.len() - 1];
         let lux = if density > 0.0 { cosine / density } else { 0.0 };
         Sample { toward: Toward::Direction(direction), irradiance: color * lux as f32 }
     }
 }
 
 impl Panorama {
-    /// The colour of the pixel that lies in a direction.
-    fn pixel(&self, direction: DVec3) -> Color {
-        let (x, y) = self.place(direction);
-        let (x, y) = (x as usize % self.width as usize, (y as usize).min(self.rows() - 1));
-        self.colors[y * self.width as usize + x]
+    /// Columns and rows of cells.
+    fn cells(&self) -> [usize; 2] {
+        let rows = self.rows().min(CELLS);
+        [2 * rows, rows]
     }
 
-    /// A direction, bright pixels as often as they are bright, and the pixel's colour.
-    fn bright(&self, choice: DVec2) -> (DVec3, Color) {
-        let Tables { rows, columns, .. } = self.tables();
-        let width = self.width as usize;
-        let all = rows[rows.len() - 1];
-        let y = rows.partition_point(|sum| *sum <= choice.y * all).min(rows.len() - 1);
-        let of_row = &columns[y * width..][..width];
-        let wanted = choice.x * of_row[width - 1];
-        let x = of_row.partition_point(|sum| *sum <= wanted).min(width - 1);
-        // Where in the pixel: what is left of both numbers.
-        let within = |sums: &[f64], at: usize, wanted: f64| {
-            let before = if at == 0 { 0.0 } else { sums[at - 1] };
-            ((wanted - before) / (sums[at] - before)).clamp(0.0, 1.0)
-        };
-        let u = within(of_row, x, wanted);
-        let v = within(rows, y, choice.y * all);
-        (self.direction(x as f64 + u, y as f64 + v), self.colors[y * width + x])
+    /// The pixels of a cell: from the left and the top, to the right and the bottom.
+    fn cell(&self, cell: usize) -> [usize; 4] {
+        let [columns, rows] = self.cells();
+        let (row, column) = (cell / columns, cell % columns);
+        let edge = |at: usize, cells: usize, pixels: usize| at * pixels / cells;
+        let (width, height) = (self.width as usize, self.rows());
+        [
+            edge(column, columns, width),
+            edge(row, rows, height),
+            edge(column + 1, columns, width),
+            edge(row + 1, rows, height),
+        ]
     }
 }
 
