@@ -264,7 +264,7 @@ impl Light for Sky {
 }
 
 /// A direction before a plane, as often as its cosine with the normal, chosen by two numbers in [0, 1).
-pub(super) fn cosine_spread(normal: DVec3, choice: DVec2) -> DVec3 {
+fn cosine_spread(normal: DVec3, choice: DVec2) -> DVec3 {
     let round = choice.x * TAU;
     let (across, up) = (choice.y.sqrt(), (1.0 - choice.y).sqrt());
     let (u, v) = normal.any_orthonormal_pair();
