@@ -53,6 +53,7 @@ fn faults_say_where_they_are_and_what_helps() {
     fault(&nodes("\"a\": DeepMerge(inputs: [])"), "DeepMerge", &["called `DepthMerge` here"]);
     fault(&nodes("\"a\": Camera(fov: 3)"), "fov", &["no field `fov`"]);
     fault(&nodes("\"a\": Camera(rol: 3)"), "rol", &["did you mean `roll`"]);
+    fault(&nodes("\"a\": Camera(roll: 3,rol: 3)"), "rol", &["did you mean `roll`"]);
     fault(&nodes("\"a\": Camera(roll: 1, roll: 2)"), "roll", &["twice"]);
     fault(&nodes("\"a\": Camera(roll: \"x\")"), "\"x\"", &[]);
     let trees = "\"a\": Camera(), \"b\": Billboards(camera: \"a\", trees: [(0, (0, 0, 0), 5)])";

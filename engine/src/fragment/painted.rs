@@ -54,15 +54,6 @@ impl Painted {
         Painted { parts, color, alpha, normal, finish }
     }
 
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(&*self.parts)
-            + size_of_val(&*self.color)
-            + size_of_val(&*self.alpha)
-            + size_of_val(&*self.normal)
-            + size_of_val(&*self.finish)
-    }
-
     fn shown(&self, row: usize) -> Shown {
         Shown {
             color: self.color[row],

@@ -204,7 +204,8 @@ impl Check<'_> {
                 field.whole.start <= at && at <= field.whole.end
             };
             let known = fields(&text);
-            let blamed = known.iter().find(|field| is_there(field));
+            // Where one ends, the next may begin.
+            let blamed = known.iter().rfind(|field| is_there(field));
             let fault = self.parse_fault(raw, kind, blamed.map(|field| field.name), &error);
             self.faults.push(fault);
             let field = blamed?;

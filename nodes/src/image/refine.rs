@@ -105,10 +105,12 @@ impl Node for Refine {
         let channels = &wanted.channels;
         let refined = resolve::refine(&over, &image, self.lines, &framing, channels, &self.select)?;
         if refined.counts.get("pixels refined") == Some(&0) {
-            let names = image.names().map(|[objects, _]| objects).unwrap_or_default();
-            let names = list(names.iter().map(String::as_str));
+            let known = image.names().map(|[objects, _]| {
+                format!(". There are {}", list(objects.iter().map(String::as_str)))
+            });
+            let known = known.unwrap_or_default();
             inputs.warn(&format!(
-                "nothing that is selected is seen: the picture stays as it is. There are {names}"
+                "nothing that is selected is seen: the picture stays as it is{known}"
             ));
         }
         Ok(refined)
