@@ -29,6 +29,7 @@ mod probes;
 mod rays;
 mod real;
 mod refined;
+mod regions;
 mod shadows;
 mod span_file;
 mod span_file_bytes;

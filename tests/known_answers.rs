@@ -187,13 +187,16 @@ fn overlapping_holes_are_one_hole() {
 
 #[test]
 fn outlines_that_cross_themselves_follow_the_even_odd_rule() {
-    // A bow tie whose signed area is zero.
+    let parts = |outline: &[(f64, f64)]| {
+        parts(|mesh| Face { outline: add(mesh, outline, 0.0), ..Face::default() })
+    };
+    // A bow tie whose signed area is zero: two faces, and the background.
     let bow = [(2.0, 2.0), (18.0, 18.0), (18.0, 2.0), (2.0, 18.0)];
-    close(&parts(|mesh| Face { outline: add(mesh, &bow, 0.0), ..Face::default() }), &[128.0]);
-    // A square run round twice encloses nothing; a pentagram not its middle.
+    close(&parts(&bow), &[64.0, 64.0, 400.0 - 128.0]);
+    // A square run round twice encloses nothing; run round at its corner, a smaller one is cut out.
     let square = rectangle(3.0, 3.0, 9.0, 9.0);
-    let twice = [square, square].concat();
-    close(&parts(|mesh| Face { outline: add(mesh, &twice, 0.0), ..Face::default() }), &[0.0]);
+    close(&parts(&[square, square].concat()), &[400.0]);
+    close(&parts(&[square, rectangle(3.0, 3.0, 4.0, 4.0)].concat()), &[81.0 - 16.0, 335.0]);
 }
 
 #[test]

@@ -158,8 +158,8 @@ const LAYERS: [(&str, &[&str]); 28] = [
     (
         "shade",
         &[
-            "camera", "color", "error", "fragment", "key", "light", "math", "packed", "shadow",
-            "stream", "text", "trace",
+            "camera", "color", "error", "fragment", "key", "light", "math", "packed", "polygon",
+            "shadow", "stream", "text", "trace",
         ],
     ),
     (

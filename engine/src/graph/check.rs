@@ -260,22 +260,23 @@ impl Check<'_> {
     /// Resolves links: to nodes by name, to files by nodes that read them.
     fn link(&mut self, names: &mut HashMap<String, usize>) {
         // Names of nodes that have errors of their own are known, so that their users get none.
-        let broken: Vec<&str> = self.document.nodes.iter().map(|raw| raw.id.as_str()).collect();
+        let document: HashMap<&str, &RawNode> =
+            self.document.nodes.iter().map(|raw| (raw.id.as_str(), raw)).collect();
         for wish in std::mem::take(&mut self.wishes) {
-            let raw = self.document.nodes.iter().find(|raw| raw.id == self.nodes[wish.from].id);
+            let raw = document.get(self.nodes[wish.from].id.as_str()).copied();
             let Some(raw) = raw else { continue };
-            let span = link_span(raw, &wish);
+            let span = || link_span(raw, &wish);
             if wish.target.is_empty() {
                 self.faults.push(missing(raw, &wish.field, &format!("a {}", wish.of)));
                 continue;
             }
             if !names.contains_key(&wish.target) && is_file(&wish.target) {
-                self.read(&wish, span.clone(), names);
+                self.read(&wish, span(), names);
             }
             let Some(target) = names.get(&wish.target).copied() else {
-                if !broken.contains(&wish.target.as_str()) && !is_file(&wish.target) {
+                if !document.contains_key(wish.target.as_str()) && !is_file(&wish.target) {
                     let fault =
-                        Diagnostic::error(span, format!("there is no node \"{}\"", wish.target))
+                        Diagnostic::error(span(), format!("there is no node \"{}\"", wish.target))
                             .label(format!("`{}` needs a {}", wish.field, wish.of));
                     let known = self.nodes.iter().map(|node| node.id.as_str());
                     self.faults.push(match nearest(&wish.target, known) {
@@ -291,7 +292,7 @@ impl Check<'_> {
                     "`{}` needs a {}, but \"{}\" is a {} and makes a {}",
                     wish.field, wish.of, wish.target, kind.name, kind.output
                 );
-                let fault = Diagnostic::error(span, message).label("wrong type");
+                let fault = Diagnostic::error(span(), message).label("wrong type");
                 let fits = |node: &&Checked| node.kind.output == wish.of && node.id != raw.id;
                 let others: Vec<&str> =
                     self.nodes.iter().filter(fits).map(|node| node.id.as_str()).collect();
@@ -345,7 +346,12 @@ impl Check<'_> {
     fn overwritten(&mut self) {
         let real =
             |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| crate::output::tidy(path));
+        let readers = self.nodes.iter().flat_map(|node| &node.files);
+        let read: HashSet<PathBuf> = readers.map(|file| real(&self.directory.join(file))).collect();
         for (path, (writer, span)) in &self.outputs {
+            if !read.contains(&real(path)) {
+                continue;
+            }
             let (mut open, mut seen) = (vec![*writer], vec![false; self.nodes.len()]);
             while let Some(at) = open.pop() {
                 if std::mem::replace(&mut seen[at], true) {

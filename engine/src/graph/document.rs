@@ -6,6 +6,7 @@
 
 use ron::value::RawValue;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
+use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
 
@@ -93,14 +94,15 @@ impl Document {
             faults.push(Diagnostic::error(0..text.len().min(5), message));
         }
         let mut nodes: Vec<RawNode> = Vec::new();
+        let mut first_of: HashMap<String, Range<usize>> = HashMap::new();
         for (id, value) in raw.nodes.0 {
             let body = value.trim().get_ron();
             let start = body.as_ptr() as usize - text.as_ptr() as usize;
             let id_span = quoted_before(text, start, &id);
             let kind: String =
                 body.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-            if let Some(first) = nodes.iter().find(|node| node.id == id) {
-                let (line, _) = Diagnostic::error(first.id_span.clone(), "").position(text);
+            if let Some(first) = first_of.get(&id) {
+                let (line, _) = Diagnostic::error(first.clone(), "").position(text);
                 faults.push(
                     Diagnostic::error(id_span.clone(), format!("two nodes are called \"{id}\""))
                         .label("the second")
@@ -113,6 +115,7 @@ impl Document {
                         .label("only letters, digits and _, not beginning with a digit"),
                 );
             }
+            first_of.entry(id.clone()).or_insert_with(|| id_span.clone());
             let span = start..start + body.len();
             let text = body.to_owned();
             nodes.push(RawNode { id, id_span, kind, span, text, settings: Vec::new() });

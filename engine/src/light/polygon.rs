@@ -8,7 +8,7 @@ use super::{Body, Light, Receiver, Sample};
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::math;
-use crate::polygon::{self, area_vector, contains};
+use crate::polygon::{self, Area, Cone, Corner, area_vector};
 use crate::trace::Toward;
 
 /// Planar polygons of 1 cd/m2, diffuse: Lambert's law (\[N], "area sources" and "polyhedral sources").
@@ -19,6 +19,8 @@ pub struct Surface {
     two_sided: bool,
     #[serde(skip)]
     triangles: OnceLock<Triangles>,
+    #[serde(skip)]
+    hides_itself: OnceLock<bool>,
 }
 
 /// A planar polygon with holes.
@@ -44,6 +46,33 @@ impl Polygon {
         area_vector(self.outline.iter().copied()).normalize_or_zero()
     }
 
+    /// The corners of all rings, and where those of holes begin.
+    fn points(&self) -> (Vec<DVec3>, Vec<u32>) {
+        let mut points = self.outline.clone();
+        let mut holes = Vec::new();
+        for hole in &self.holes {
+            holes.push(points.len() as u32);
+            points.extend(hole);
+        }
+        (points, holes)
+    }
+
+    /// What is there of it: polygons of which no ring crosses another or itself.
+    fn areas(self, normal: DVec3) -> Vec<Polygon> {
+        let (points, holes) = self.points();
+        let corner = |corner| match corner {
+            Corner::Given(at) => points[at as usize],
+            Corner::Made(point) => point,
+        };
+        let ring = |ring: Vec<Corner>| -> Vec<DVec3> { ring.into_iter().map(corner).collect() };
+        let Some(areas) = polygon::areas(&points, &holes, normal) else { return vec![self] };
+        let area = |area: Area| Polygon {
+            outline: ring(area.outline),
+            holes: area.holes.into_iter().map(ring).collect(),
+        };
+        areas.into_iter().map(area).collect()
+    }
+
     /// The outline and the holes, with whether each runs counter-clockwise.
     fn rings(&self) -> impl Iterator<Item = (&[DVec3], f64)> {
         let normal = self.normal();
@@ -55,27 +84,28 @@ impl Polygon {
     }
 
     fn triangles(&self) -> Vec<[DVec3; 3]> {
-        let mut points = self.outline.clone();
-        let mut holes = Vec::new();
-        for hole in &self.holes {
-            holes.push(points.len() as u32);
-            points.extend(hole);
-        }
-        let corner = |i: u32| points[i as usize];
-        let triangles = polygon::triangles(&points, &holes).into_iter();
+        let (points, holes) = self.points();
+        let corner = |corner| match corner {
+            Corner::Given(at) => points[at as usize],
+            Corner::Made(point) => point,
+        };
+        let triangles = polygon::triangles(&points, &holes, self.normal()).into_iter();
         triangles.map(|triangle| triangle.map(corner)).collect()
     }
 }
 
 impl Surface {
-    /// A source of polygons.
+    /// A source of polygons, each of which shines where it is: inside its outline by the even-odd rule, outside
+    /// of its holes.
     ///
     /// # Errors
     /// If a polygon has fewer than three corners, no area, a corner that is not finite or lies off its
-    /// plane.
+    /// plane, or holes that leave nothing of it.
     pub fn new(polygons: Vec<Polygon>, two_sided: bool) -> Result<Surface> {
-        for (at, polygon) in polygons.iter().enumerate() {
-            let which = if polygons.len() == 1 { String::new() } else { format!("face {at}: ") };
+        let count = polygons.len();
+        let mut areas = Vec::new();
+        for (at, polygon) in polygons.into_iter().enumerate() {
+            let which = if count == 1 { String::new() } else { format!("face {at}: ") };
             let rings = || std::iter::once(&polygon.outline).chain(&polygon.holes);
             if rings().any(|ring| ring.len() < 3) {
                 return Err(Error::invalid(format!("{which}an outline has fewer than 3 corners")));
@@ -83,31 +113,28 @@ impl Surface {
             if !rings().flatten().all(|p| p.is_finite()) {
                 return Err(Error::invalid(format!("{which}a corner is not finite")));
             }
-            let area = area_vector(polygon.outline.iter().copied());
             let low = polygon.outline.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
             let high = polygon.outline.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
             let reach = (high - low).length();
-            if area.is_nan() || area.length() <= 1e-12 * reach * reach {
+            let Some(normal) = polygon::plane_normal(polygon.outline.iter().copied()) else {
                 return Err(Error::invalid(format!("{which}the outline has no area")));
-            }
-            let outline = polygon.outline.iter().copied();
-            if !polygon.holes.iter().flatten().all(|p| contains(outline.clone(), area, *p)) {
-                return Err(Error::invalid(format!("{which}a hole leaves the outline")));
-            }
-            let holes = polygon.holes.iter().map(|hole| area_vector(hole.iter().copied()).length());
-            if holes.sum::<f64>() >= area.length() {
-                return Err(Error::invalid(format!("{which}the holes leave nothing of it")));
-            }
-            let (normal, origin) = (area.normalize(), polygon.outline[0]);
+            };
+            let origin = polygon.outline[0];
             let off = rings().flatten().map(|p| (*p - origin).dot(normal).abs());
             if off.fold(0.0, f64::max) > 1e-3 * reach {
                 return Err(Error::invalid(format!("{which}the corners are not in one plane")));
             }
+            let left = polygon.areas(normal);
+            if left.is_empty() {
+                return Err(Error::invalid(format!("{which}the holes leave nothing of it")));
+            }
+            areas.extend(left);
         }
-        if polygons.is_empty() {
+        if areas.is_empty() {
             return Err(Error::invalid("it has no faces"));
         }
-        Ok(Surface { polygons, two_sided, triangles: OnceLock::new() })
+        let (triangles, hides_itself) = (OnceLock::new(), OnceLock::new());
+        Ok(Surface { polygons: areas, two_sided, triangles, hides_itself })
     }
 
     /// The surface of a closed body.
@@ -154,6 +181,43 @@ impl Surface {
             all
         })
     }
+
+    /// Whether a part of it may stand before another: some corner lies before the front of some face.
+    fn hides_itself(&self) -> bool {
+        *self.hides_itself.get_or_init(|| {
+            let corners = || self.polygons.iter().flat_map(|polygon| &polygon.outline);
+            let low = corners().fold(DVec3::INFINITY, |low, p| low.min(*p));
+            let high = corners().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+            let slack = (high - low).length() * 1e-9;
+            self.polygons.iter().any(|polygon| {
+                let (normal, origin) = (polygon.normal(), polygon.outline[0]);
+                corners().any(|corner| (*corner - origin).dot(normal) > slack)
+            })
+        })
+    }
+
+    /// The triangles that are turned to a receiver.
+    fn seen(&self, at: &Receiver) -> impl Iterator<Item = &[DVec3; 3]> + Clone {
+        let (position, two_sided) = (at.position, self.two_sided);
+        self.triangles().corners.iter().filter(move |corners| {
+            let way = position - corners[0];
+            let front = way.dot(area_vector(corners.iter().copied()).normalize_or_zero());
+            front.abs() > 1e-9 * way.length() && (front > 0.0 || two_sided)
+        })
+    }
+
+    /// Whether the surface itself stands between a receiver and a point of a triangle of it.
+    fn is_hidden(&self, at: &Receiver, point: DVec3, own: &[DVec3; 3]) -> bool {
+        let way = point - at.position;
+        self.seen(at).filter(|corners| *corners != own).any(|corners| {
+            let seen = corners.map(|corner| corner - at.position);
+            let turns = [0, 1, 2].map(|i| way.dot(seen[i].cross(seen[(i + 1) % 3])));
+            let normal = (seen[1] - seen[0]).cross(seen[2] - seen[0]);
+            let t = normal.dot(seen[0]) / normal.dot(way);
+            let is_within = turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0);
+            is_within && t > 0.0 && t < 1.0 - 1e-9
+        })
+    }
 }
 
 /// The irradiance that a ring of unit luminance gives, signed by the way round that it is seen (Lambert
@@ -194,6 +258,10 @@ impl Light for Surface {
     }
 
     fn irradiance(&self, at: &Receiver) -> Color {
+        if self.hides_itself() {
+            let facets = self.facets(at).unwrap_or_default().into_iter();
+            return Color::grey(facets.map(|facet| ring(&facet, at).abs()).sum::<f64>() as f32);
+        }
         let lux = self.polygons.iter().map(|polygon| {
             let way = at.position - polygon.outline[0];
             let front = way.dot(polygon.normal());
@@ -209,13 +277,30 @@ impl Light for Surface {
     }
 
     fn facets(&self, at: &Receiver) -> Option<Vec<Vec<DVec3>>> {
-        let is_seen = |corners: &&[DVec3; 3]| {
-            let way = at.position - corners[0];
-            let front = way.dot(area_vector(corners.iter().copied()).normalize_or_zero());
-            front.abs() > 1e-9 * way.length() && (front > 0.0 || self.two_sided)
-        };
-        let seen = self.triangles().corners.iter().filter(is_seen);
-        Some(seen.map(|corners| corners.to_vec()).collect())
+        let relative = |corners: &[DVec3; 3]| corners.map(|corner| corner - at.position).to_vec();
+        if !self.hides_itself() {
+            return Some(self.seen(at).map(|corners| corners.to_vec()).collect());
+        }
+        let mut all = Vec::new();
+        let mut cone = Cone::default();
+        for own in self.seen(at) {
+            let mut parts = vec![relative(own)];
+            for before in self.seen(at).filter(|before| *before != own) {
+                let normal = area_vector(before.iter().copied());
+                if !cone.behind(normal, relative(before).into_iter()) {
+                    continue;
+                }
+                for i in (0..parts.len()).rev() {
+                    if cone.meets(&parts[i]) {
+                        let part = parts.swap_remove(i);
+                        cone.cut(part, |left| parts.push(left));
+                    }
+                }
+            }
+            let placed = |part: Vec<DVec3>| part.into_iter().map(|point| point + at.position);
+            all.extend(parts.into_iter().map(|part| placed(part).collect::<Vec<_>>()));
+        }
+        Some(all)
     }
 
     fn of_facet(&self, points: &[DVec3], at: &Receiver) -> Color {
@@ -247,7 +332,8 @@ impl Light for Surface {
         let leaves = -normal.dot(direction);
         let leaves = if self.two_sided { leaves.abs() } else { leaves.max(0.0) };
         let lux = total / 2.0 * leaves * at.normal.dot(direction).max(0.0) / distance / distance;
-        let lux = if lux.is_finite() { lux as f32 } else { 0.0 };
+        let is_hidden = || self.hides_itself() && self.is_hidden(at, point, &[a, b, c]);
+        let lux = if lux.is_finite() && lux > 0.0 && !is_hidden() { lux as f32 } else { 0.0 };
         Sample { toward: Toward::Point(point), irradiance: Color::grey(lux) }
     }
 }

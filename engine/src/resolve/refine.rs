@@ -18,7 +18,7 @@ use super::rule::Framing;
 use super::stacks::Stacks;
 use super::strip::Strip;
 use crate::raster::Raster;
-use crate::span::{FaceId, Probe, Span, SpanImage};
+use crate::span::{Cut, FaceId, Probe, Span, SpanImage};
 
 /// The error at which even the exact rule is content, in shares of a pixel.
 const CONTENT: f64 = 1.0 / (1 << 22) as f64;
@@ -124,8 +124,8 @@ impl<'a> Refiner<'a> {
                     if inside.contains(&y) {
                         stacks.prepare(&made, k);
                         let line = within(stacks.spans(&made, k), &work.cells);
+                        self.fill(&mut strip, part, weight, (&line, made.cuts().line(k)), stacks);
                         k += 1;
-                        self.fill(&mut strip, part, weight, &line, stacks);
                     } else {
                         strip.begin(weight, y, FaceId::NONE);
                         strip.end();
@@ -207,7 +207,7 @@ impl<'a> Refiner<'a> {
         strip: &mut Strip,
         part: &Part,
         weight: f64,
-        line: &[Span],
+        (line, cuts): (&[Span], &[Cut]),
         stacks: &Stacks<'_>,
     ) {
         let y = (part.top + part.bottom) / 2.0;
@@ -226,7 +226,7 @@ impl<'a> Refiner<'a> {
         self.boundaries.look_around(y);
         for pair in line.windows(2) {
             let faces = (pair[0].face, pair[1].face);
-            let passing = self.boundaries.passing(stacks, faces, pair[1].x, y);
+            let passing = self.boundaries.passing(stacks, cuts, faces, pair[1].x, y);
             let ends = [part.top, part.bottom].map(|end| passing.x(end, y));
             let here = self.raster.pixels(pair[1].x);
             let known = if ends.iter().all(|x| x.is_finite()) { ends } else { [here, here] };

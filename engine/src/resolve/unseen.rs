@@ -4,10 +4,14 @@
 //! behind what is seen there. Of the others the edges tell two things: how much of the pixel may be
 //! theirs, and at which heights something may happen in it.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
+
 use super::rule::Framing;
 use super::stacks::Stacks;
 use super::strip::Strip;
 use crate::raster::LinePlan;
+use crate::span::edges::{MANY, Occupied, Side};
 use crate::span::{Edge, Face, FaceId, FaceTable, Role, SpanImage};
 use crate::visible::probe::Index;
 
@@ -23,6 +27,8 @@ pub(super) struct Row<'a> {
     /// Its ends on the raster, in pixels from the top.
     top: f64,
     bottom: f64,
+    /// Where there are edges of faces that have many.
+    occupied: RefCell<HashMap<FaceId, Occupied>>,
 }
 
 impl<'a> Row<'a> {
@@ -34,7 +40,8 @@ impl<'a> Row<'a> {
         stacks: &'a Stacks<'a>,
     ) -> Row<'a> {
         let at = |row: u32| (f64::from(row) - framing.pan.y) / framing.scale.y;
-        Row { image, framing, strips, stacks, top: at(row), bottom: at(row + 1) }
+        let (top, bottom) = (at(row), at(row + 1));
+        Row { image, framing, strips, stacks, top, bottom, occupied: RefCell::default() }
     }
 
     /// Casts doubt on the pixels in which faces may be seen that no line met; and, if nothing is
@@ -63,7 +70,10 @@ impl<'a> Row<'a> {
             if tolerance > 0.0 && unmet.is_none() && !is_outermost {
                 continue;
             }
-            for edge in source.faces.edges(face) {
+            let mut sides: Vec<Side> = Vec::new();
+            source.faces.sides_near(face, top, bottom, |side| sides.push(side));
+            sides.sort_unstable_by_key(|side| side.place);
+            for edge in sides.into_iter().map(|side| side.edge) {
                 let Some((left, right)) = edge.reach(top, bottom) else { continue };
                 let (left, right) = (place(left), place(right));
                 if right < columns.start || left >= columns.end {
@@ -116,13 +126,27 @@ impl<'a> Row<'a> {
         let mut seen = self.strips.iter().flat_map(|strip| strip.faces_at(x)).map(opaque);
         if strictly {
             let sides = self.sides(pixel);
-            let covers = |id: &Option<FaceId>| {
-                id.is_some_and(|id| covers(self.image, id, sides, self.top, self.bottom))
-            };
+            let covers = |id: &Option<FaceId>| id.is_some_and(|id| self.covers(id, sides));
             seen.find(covers).map_or(f64::NEG_INFINITY, farthest)
         } else {
             seen.map(farthest).fold(f64::INFINITY, f64::min)
         }
+    }
+
+    /// Whether a face that is seen in a pixel, given by its sides on the raster, has no edge in it.
+    fn covers(&self, id: FaceId, [left, right]: [f64; 2]) -> bool {
+        let (source, face) = self.image.face(id);
+        let (table, top, bottom) = (&*source.faces, self.top, self.bottom);
+        if face.role != Role::Face || face.is_translucent {
+            return false;
+        }
+        if table.corner_count(face) < MANY {
+            let mut reached = table.edges(face).filter_map(|edge| edge.reach(top, bottom));
+            return !reached.any(|(from, to)| from < right && to > left);
+        }
+        let mut known = self.occupied.borrow_mut();
+        let occupied = known.entry(id).or_insert_with(|| table.occupied(face, top, bottom));
+        !occupied.meets(left, right)
     }
 
     /// The heights within the row at which an edge ends, or enters a pixel from the side.
@@ -134,17 +158,6 @@ impl<'a> Row<'a> {
         let all = [edge.top.y, edge.bottom.y].into_iter().chain(enters.into_iter().filter(is_on));
         all.filter(move |y| *y > top && *y < bottom)
     }
-}
-
-/// Whether a face that is seen in a part of the raster has no edge in it.
-fn covers(image: &SpanImage, id: FaceId, sides: [f64; 2], top: f64, bottom: f64) -> bool {
-    let (source, face) = image.face(id);
-    let is_in = |edge: Edge| {
-        let reach = edge.reach(top, bottom);
-        reach.is_some_and(|(left, right)| left < sides[1] && right > sides[0])
-    };
-    let is_plain = face.role == Role::Face && !face.is_translucent;
-    is_plain && !source.faces.edges(face).any(is_in)
 }
 
 /// The height of a face that no line of a plan meets; `None` if one does.

@@ -6,8 +6,9 @@
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 
-use super::geometry::{PLANARITY, plane_normal};
+use super::geometry::PLANARITY;
 use super::mesh::Mesh;
+use crate::polygon::plane_normal;
 
 /// A kind of fault of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

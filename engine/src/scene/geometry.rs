@@ -1,6 +1,8 @@
 //! Meshes made ready for rendering: every face planar, every attribute affine on it, every plane
 //! known.
 //!
+//! - A face whose outline crosses itself, or whose holes overlap, cross the outline or lie outside, becomes
+//!   what is there of it ([`polygon::areas`]): one face or several, of which that can be said no more.
 //! - A polygon whose corners leave its plane by more than [`PLANARITY`] of its size, or whose vertex
 //!   attributes are not affine on it, is divided into triangles. One with seals or drawn edges stays
 //!   whole and is taken as flat.
@@ -17,7 +19,7 @@ use std::sync::OnceLock;
 use super::face::Face;
 use super::mesh::Mesh;
 use crate::error::Result;
-use crate::polygon::{self, area_vector};
+use crate::polygon::{self, Area, Corner};
 
 /// How far a polygon's corners may leave its plane, as a share of its diameter. Its outline on the
 /// picture stays exact; only depth is off, by no more than this.
@@ -62,6 +64,8 @@ pub struct Geometry {
 pub struct Faults {
     /// Faces without area, dropped.
     pub without_area: usize,
+    /// Faces whose rings cross, replaced by what is there of them.
+    pub crossing: usize,
     /// Polygons that are not planar, divided into triangles.
     pub not_planar: usize,
     /// Polygons that are not planar but carry seals or drawn edges, taken as flat.
@@ -163,13 +167,14 @@ impl Geometry {
 
     /// A face in convex pieces that cover it, holes left out: itself, or triangles. Corners are vertices of
     /// the mesh.
-    pub fn pieces(&self, face: usize, mut piece: impl FnMut(&[u32])) {
+    pub fn pieces(&self, at: usize, mut piece: impl FnMut(&[u32])) {
         let mesh = &self.mesh;
-        let outline = mesh.outline(face);
-        if mesh.holes(face).is_empty() && is_convex(mesh, outline, self.normal(face)) {
+        let outline = mesh.outline(at);
+        if mesh.holes(at).is_empty() && is_convex(mesh, outline, self.normal(at)) {
             piece(outline);
-        } else if let Some(face) = mesh.face(face) {
-            triangles(mesh, &face).iter().for_each(|triangle| piece(triangle));
+        } else if let Some(face) = mesh.face(at) {
+            let normal = self.normal(at);
+            triangles(mesh, &face, normal).iter().for_each(|triangle| piece(triangle));
         }
     }
 
@@ -242,26 +247,6 @@ impl Geometry {
     }
 }
 
-/// The unit normal of a polygon's plane, to its front. An outline that crosses itself may enclose as
-/// much one way round as the other; its plane then is that of its widest corner. `None` if all points
-/// lie on a line.
-pub(super) fn plane_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
-    let area = area_vector(points.clone());
-    let origin = points.clone().next()?;
-    let reach = points.clone().map(|p| (p - origin).length_squared()).fold(0.0, f64::max);
-    if area.length() > 1e-12 * reach {
-        return area.try_normalize();
-    }
-    let far = points.clone().max_by(|p, q| {
-        let from = |p: &DVec3| (*p - origin).length_squared();
-        from(p).total_cmp(&from(q))
-    })?;
-    let corner = |p: DVec3| (far - origin).cross(p - origin);
-    let widest =
-        points.map(corner).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
-    if widest.length() > 1e-12 * reach { widest.try_normalize() } else { None }
-}
-
 fn flat_and_affine(mesh: &Mesh, faults: &mut Faults) -> Result<Mesh> {
     let mut flat = Mesh {
         points: mesh.points.clone(),
@@ -276,7 +261,7 @@ fn flat_and_affine(mesh: &Mesh, faults: &mut Faults) -> Result<Mesh> {
     for at in 0..mesh.face_count() {
         without_repeats(mesh, mesh.outline(at), &mut outline);
         let points = || outline.iter().map(|corner| mesh.points[*corner as usize]);
-        let Some(normal) = plane_normal(points()) else {
+        let Some(normal) = polygon::plane_normal(points()) else {
             faults.without_area += 1;
             continue;
         };
@@ -290,33 +275,78 @@ fn flat_and_affine(mesh: &Mesh, faults: &mut Faults) -> Result<Mesh> {
             without_repeats(mesh, &hole.clone(), hole);
             hole.len() >= 3
         });
-        let deviation = deviation(mesh, &face, normal);
-        faults.worst_deviation = faults.worst_deviation.max(deviation.0);
-        let is_planar = deviation.0 <= PLANARITY * deviation.1;
-        let is_affine = !attributes || is_affine(mesh, &face, normal);
-        let is_whole = !face.seals.is_empty() || face.edge.is_some();
-        match (is_planar, is_affine) {
-            (true, true) => {
-                flat.add_face(face)?;
-            }
-            (false, _) if is_whole => {
-                faults.flattened += 1;
-                flat.add_face(face)?;
-            }
-            (true, false) if is_whole => {
-                flat.add_face(face)?;
-            }
-            (is_planar, _) => {
-                faults.not_planar += usize::from(!is_planar);
-                faults.not_affine += usize::from(is_planar);
-                for triangle in triangles(mesh, &face) {
-                    let sides = face.sides;
-                    flat.add_face(Face { outline: triangle.to_vec(), sides, ..Face::default() })?;
+        let is_plain = face.holes.is_empty() && is_convex(mesh, &face.outline, normal);
+        let areas = if is_plain { None } else { areas(&mut flat, &face, normal) };
+        faults.crossing += usize::from(areas.is_some());
+        for face in areas.unwrap_or_else(|| vec![face]) {
+            let deviation = deviation(&flat, &face, normal);
+            faults.worst_deviation = faults.worst_deviation.max(deviation.0);
+            let is_planar = deviation.0 <= PLANARITY * deviation.1;
+            let is_affine = !attributes || is_affine(&flat, &face, normal);
+            let is_whole = !face.seals.is_empty() || face.edge.is_some();
+            match (is_planar, is_affine) {
+                (true, true) => {
+                    flat.add_face(face)?;
+                }
+                (false, _) if is_whole => {
+                    faults.flattened += 1;
+                    flat.add_face(face)?;
+                }
+                (true, false) if is_whole => {
+                    flat.add_face(face)?;
+                }
+                (is_planar, _) => {
+                    faults.not_planar += usize::from(!is_planar);
+                    faults.not_affine += usize::from(is_planar);
+                    for outline in triangles(&flat, &face, normal) {
+                        let sides = face.sides;
+                        let outline = outline.to_vec();
+                        flat.add_face(Face { outline, sides, ..Face::default() })?;
+                    }
                 }
             }
         }
     }
     Ok(flat)
+}
+
+/// The corners of a face's rings, and where those of holes begin.
+fn rings_of(face: &Face) -> (Vec<u32>, Vec<u32>) {
+    let mut corners = face.outline.clone();
+    let mut holes: Vec<u32> = Vec::new();
+    for hole in &face.holes {
+        holes.push(corners.len() as u32);
+        corners.extend_from_slice(hole);
+    }
+    (corners, holes)
+}
+
+/// What is there of a face whose rings cross, as faces of their own; points at which edges cross are added to the
+/// mesh. `None` if none do.
+fn areas(mesh: &mut Mesh, face: &Face, normal: DVec3) -> Option<Vec<Face>> {
+    let (corners, holes) = rings_of(face);
+    let points: Vec<DVec3> = corners.iter().map(|c| mesh.points[*c as usize]).collect();
+    let areas = polygon::areas(&points, &holes, normal)?;
+    let frame = Frame::new(mesh, &face.outline, normal);
+    let mut made: Vec<(DVec3, u32)> = Vec::new();
+    let mut corner = |corner: Corner| match corner {
+        Corner::Given(at) => corners[at as usize],
+        Corner::Made(point) => match made.iter().find(|(known, _)| *known == point) {
+            Some((_, at)) => *at,
+            None => {
+                let at = frame.add_point(mesh, point);
+                made.push((point, at));
+                at
+            }
+        },
+    };
+    let mut ring = |ring: Vec<Corner>| -> Vec<u32> { ring.into_iter().map(&mut corner).collect() };
+    let area = |area: Area| Face {
+        outline: ring(area.outline),
+        holes: area.holes.into_iter().map(&mut ring).collect(),
+        ..face.clone()
+    };
+    Some(areas.into_iter().map(area).collect())
 }
 
 fn without_repeats(mesh: &Mesh, corners: &[u32], out: &mut Vec<u32>) {
@@ -395,6 +425,27 @@ impl Frame {
         [1.0 - s - t, s, t]
     }
 
+    /// Adds a point of the plane to the mesh, with the attributes that the three corners give it; returns its
+    /// number.
+    fn add_point(&self, mesh: &mut Mesh, point: DVec3) -> u32 {
+        let weights = self.weights(point);
+        let [a, b, c] = self.corners.map(|corner| corner as usize);
+        let [u, v, w] = weights;
+        if !mesh.normals.is_empty() {
+            let normal = mesh.normals[a] * u + mesh.normals[b] * v + mesh.normals[c] * w;
+            mesh.normals.push(normal);
+        }
+        if !mesh.uvs.is_empty() {
+            mesh.uvs.push(mesh.uvs[a] * u + mesh.uvs[b] * v + mesh.uvs[c] * w);
+        }
+        if !mesh.colors.is_empty() {
+            let [p, q, r] = [a, b, c].map(|corner| mesh.colors[corner]);
+            mesh.colors.push(std::array::from_fn(|i| p[i] * u + q[i] * v + r[i] * w));
+        }
+        mesh.points.push(point);
+        mesh.points.len() as u32 - 1
+    }
+
     /// The same in single precision.
     #[inline]
     pub fn weights(&self, point: DVec3) -> [f32; 3] {
@@ -427,22 +478,22 @@ fn is_convex(mesh: &Mesh, outline: &[u32], normal: DVec3) -> bool {
     }
     let at = |i: usize| mesh.points[outline[i % count] as usize];
     let turns = (0..count).map(|i| (at(i + 1) - at(i)).cross(at(i + 2) - at(i + 1)).dot(normal));
-    // A star turns left at every corner too, but not seen from its first.
+    // A star turns left at every corner too, but not seen from its first; nor does what comes back to that.
     let fan = (1..count - 1).map(|i| (at(i) - at(0)).cross(at(i + 1) - at(0)).dot(normal));
-    turns.chain(fan).all(|turn| turn >= 0.0)
+    turns.chain(fan).all(|turn| turn >= 0.0) && (1..count).all(|i| at(i) != at(0))
 }
 
-/// A polygon with holes, divided into triangles.
-fn triangles(mesh: &Mesh, face: &Face) -> Vec<[u32; 3]> {
-    let mut corners = face.outline.clone();
-    let mut holes: Vec<u32> = Vec::new();
-    for hole in &face.holes {
-        holes.push(corners.len() as u32);
-        corners.extend_from_slice(hole);
-    }
+/// A face whose rings do not cross, divided into triangles.
+fn triangles(mesh: &Mesh, face: &Face, normal: DVec3) -> Vec<[u32; 3]> {
+    let (corners, holes) = rings_of(face);
     let points: Vec<DVec3> = corners.iter().map(|c| mesh.points[*c as usize]).collect();
-    let triangles = polygon::triangles(&points, &holes).into_iter();
-    triangles.map(|triangle| triangle.map(|i| corners[i as usize])).collect()
+    let corner = |corner: Corner| match corner {
+        Corner::Given(at) => Some(corners[at as usize]),
+        // Where nothing crosses no point is made.
+        Corner::Made(_) => None,
+    };
+    let triangles = polygon::triangles(&points, &holes, normal).into_iter();
+    triangles.filter_map(|[a, b, c]| Some([corner(a)?, corner(b)?, corner(c)?])).collect()
 }
 
 /// Finds the planes of faces, one for all faces that lie in it.
@@ -477,7 +528,7 @@ fn share_planes(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
     };
     for at in 0..mesh.face_count() {
         let points = || outline(at);
-        let normal = plane_normal(points()).unwrap_or(DVec3::Y);
+        let normal = polygon::plane_normal(points()).unwrap_or(DVec3::Y);
         let point = point_of(points(), normal);
         let tolerance = COPLANARITY * reach(at) + noise(at);
         let support = Support { point, normal };

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use crate::camera::{Plane, View};
 use crate::fragment::{Casting, Stage, Surfaces, World, stack};
 use crate::span::layer::Segment;
-use crate::span::{FaceId, SpanImage};
+use crate::span::{FaceId, SpanImage, slopes};
 use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, Turn, spaces_of};
 pub use piece::{Way, lies_in, opacity};
 
@@ -146,43 +146,70 @@ pub fn cast(
     let half = 0.5 / f64::from(image.plan().per_row);
     for (k, line) in lines.zip(&mut dark) {
         unite(line);
-        line.iter_mut().for_each(|dark| dark.keep_within(image, k, half));
+        for of_face in line.chunk_by_mut(|a, b| a.face == b.face) {
+            settle(of_face, image, k, half);
+        }
         line.shrink_to_fit();
     }
     dark
 }
 
-impl Dark {
-    /// Flattens the slopes of the ends so that, within half a strip up and down, they neither meet nor leave
-    /// the span that they lie in. Both ends lose as much above as below, so that the area stays.
-    fn keep_within(&mut self, image: &SpanImage, k: u32, half: f64) {
-        if self.start.slope == 0.0 && self.end.slope == 0.0 {
-            return;
+/// Flattens the slopes of the ends of a face's shadows so that, within half a strip up and down, they
+/// neither meet nor leave the span that they lie in. What is lost above is lost below, so that areas stay.
+fn settle(mut dark: &mut [Dark], image: &SpanImage, k: u32, half: f64) {
+    let is_upright = |dark: &Dark| dark.start.slope == 0.0 && dark.end.slope == 0.0;
+    if dark.iter().all(is_upright) {
+        return;
+    }
+    let (mut middle, mut top, mut bottom) = (Vec::new(), Vec::new(), Vec::new());
+    while let Some(first) = dark.first() {
+        let (left, right) = span_of(image, k, first);
+        let count = dark.iter().take_while(|dark| dark.start.x < right).count().max(1);
+        let (inside, rest) = dark.split_at_mut(count);
+        dark = rest;
+        // The sides of the span, and between them all ends; two shadows that touch share one.
+        let wall = |x| End { x, slope: 0.0 };
+        let mut ends: Vec<End> = vec![wall(left.min(inside[0].start.x))];
+        for Dark { start, end, .. } in inside.iter() {
+            if start.x > ends[ends.len() - 1].x || ends.len() == 1 {
+                ends.push(*start);
+            }
+            ends.push(*end);
         }
-        let raster = image.view().raster();
-        let line = image.lines().line(k);
-        let at = line.partition_point(|span| raster.pixels(span.x) <= self.start.x).max(1) - 1;
-        let mut left = raster.pixels(line[at].x);
-        let mut right = raster.pixels(line.get(at + 1).map_or(raster.cells(), |span| span.x));
-        if line[at].face != self.face {
-            let layers = image.layers().line(k).iter().filter(|s| s.face == self.face);
-            let mut around = layers.map(|s| (raster.pixels(s.start), raster.pixels(s.end)));
-            let found = around.find(|(from, to)| *from <= self.start.x && self.start.x < *to);
-            (left, right) = found.unwrap_or((self.start.x, self.end.x));
-        }
-        let limit = |end: &mut End| {
-            let room = (end.x - left).min(right - end.x).max(0.0);
-            end.slope = end.slope.clamp(-room / half, room / half);
-        };
-        limit(&mut self.start);
-        limit(&mut self.end);
-        let closing = (self.end.slope - self.start.slope).abs() * half;
-        let gap = self.end.x - self.start.x;
-        if closing > gap {
-            self.start.slope *= gap / closing;
-            self.end.slope *= gap / closing;
+        ends.push(wall(right.max(ends[ends.len() - 1].x)));
+        middle.clear();
+        middle.extend(ends.iter().map(|end| end.x));
+        top.clear();
+        top.extend(ends.iter().map(|end| end.x - end.slope * half));
+        bottom.clear();
+        bottom.extend(ends.iter().map(|end| end.x + end.slope * half));
+        slopes::separate(&middle, f64::INFINITY, &mut top, &mut bottom);
+        let slope = |at: usize| (bottom[at] - top[at]) / (2.0 * half);
+        let mut at = 0;
+        for Dark { start, end, .. } in inside {
+            if start.x > ends[at].x || at == 0 {
+                at += 1;
+            }
+            start.slope = slope(at);
+            at += 1;
+            end.slope = slope(at);
         }
     }
+}
+
+/// From where to where the face of a shadow is seen around its beginning, in pixels.
+fn span_of(image: &SpanImage, k: u32, dark: &Dark) -> (f64, f64) {
+    let raster = image.view().raster();
+    let line = image.lines().line(k);
+    let at = line.partition_point(|span| raster.pixels(span.x) <= dark.start.x).max(1) - 1;
+    if line[at].face == dark.face {
+        let right = line.get(at + 1).map_or(raster.cells(), |span| span.x);
+        return (raster.pixels(line[at].x), raster.pixels(right));
+    }
+    let layers = image.layers().line(k).iter().filter(|s| s.face == dark.face);
+    let mut around = layers.map(|s| (raster.pixels(s.start), raster.pixels(s.end)));
+    let found = around.find(|(from, to)| *from <= dark.start.x && dark.start.x < *to);
+    found.unwrap_or((dark.start.x, dark.end.x))
 }
 
 struct Work<'a> {
@@ -498,7 +525,11 @@ fn interval(sides: &[Side], y: f64, seen: &Seen) -> Option<(End, End)> {
     (start.x < end.x).then_some((start, end))
 }
 
-/// Unites the shadows of a line face by face, so that none overlap.
+/// Ends nearer than this, in pixels, are one: what rounding parts.
+const TOUCHING: f64 = 1e-9;
+
+/// Unites the shadows of a line face by face, so that none overlap and there is no end where as much light
+/// arrives on both sides.
 fn unite(line: &mut Vec<Dark>) {
     if line.len() < 2 {
         return;
@@ -516,7 +547,7 @@ fn unite(line: &mut Vec<Dark>) {
         for i in 1..line.len() {
             let next = line[i];
             let last = &mut line[kept];
-            if last.face == next.face && next.start.x <= last.end.x {
+            if last.face == next.face && next.start.x <= last.end.x + TOUCHING {
                 if next.end.x > last.end.x {
                     last.end = next.end;
                 }
@@ -529,11 +560,11 @@ fn unite(line: &mut Vec<Dark>) {
         return;
     }
     // Where translucent casters lie over each other their shares multiply.
-    let mut all = Vec::new();
+    let mut all: Vec<Dark> = Vec::new();
     for of_face in line.chunk_by(|a, b| a.face == b.face) {
         let mut ends: Vec<End> = of_face.iter().flat_map(|dark| [dark.start, dark.end]).collect();
         ends.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
-        ends.dedup_by(|a, b| a.x == b.x);
+        ends.dedup_by(|a, b| a.x - b.x <= TOUCHING);
         let (mut active, mut next): (Vec<&Dark>, usize) = (Vec::new(), 0);
         for pair in ends.windows(2) {
             let middle = (pair[0].x + pair[1].x) / 2.0;
@@ -543,9 +574,13 @@ fn unite(line: &mut Vec<Dark>) {
             }
             active.retain(|dark| middle < dark.end.x);
             let through: f32 = active.iter().map(|dark| dark.through).product();
-            if through < 1.0 {
-                let (start, end) = (pair[0], pair[1]);
-                all.push(Dark { face: of_face[0].face, start, end, through });
+            let (face, start, end) = (of_face[0].face, pair[0], pair[1]);
+            match all.last_mut() {
+                _ if through == 1.0 => {}
+                Some(last) if (last.face, last.through, last.end) == (face, through, start) => {
+                    last.end = end;
+                }
+                _ => all.push(Dark { face, start, end, through }),
             }
         }
     }

@@ -7,9 +7,10 @@ use glam::DVec2;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::cut::{self, Cut};
 use super::layer::{self, Segment};
 use super::line::{self, Span};
-use super::{Again, FaceId, FaceTable, Layers, Lines, OnLine, Placement, Probe, Source};
+use super::{Again, Cuts, FaceId, FaceTable, Layers, Lines, OnLine, Placement, Probe, Source};
 use super::{SpanImage, Stage};
 use crate::camera::Plane;
 use crate::error::{Error, Result};
@@ -62,6 +63,8 @@ impl SpanImage {
             let y = self.y(k);
             range.cut(cells, &self.on_line(face, y), y, raster)
         });
+        let planes = range.front.into_iter().chain(range.back).map(Plane::constant);
+        let sliced = sliced.with_limits(planes.chain(self.limits().iter().copied()));
         self.then(sliced, move |image| Ok(image.sliced(range)))
     }
 
@@ -108,7 +111,14 @@ impl SpanImage {
             }
             layer::normalize(out, start);
         });
-        self.clone().with_lines(lines, layers)
+        // What is cut away goes on parting what it was before.
+        let cuts = Cuts::compute(self.cuts().range(), |k, out| {
+            let start = out.len();
+            out.extend_from_slice(self.cuts().line(k));
+            cut::left_by(self.lines().line(k), lines.line(k), layers.line(k), cells, out);
+            cut::normalize(out, start);
+        });
+        self.clone().with_lines(lines, layers).with_cuts(cuts)
     }
 
     /// The image with all depths changed: distances divided by `scale`, and `offset` added to the
@@ -213,21 +223,31 @@ impl SpanImage {
             }
             layer::normalize(out, start);
         });
-        frame.with_lines(spans, layers)
+        let cuts = Cuts::compute(frame.cuts().range(), |k, out| {
+            let Some(from) = source(k) else { return };
+            let moved = self.cuts().line(from).iter().map(|cut| Cut { x: shifted(cut.x), ..*cut });
+            out.extend(moved.filter(|cut| cut.x > 0 && cut.x < cells));
+        });
+        frame.with_lines(spans, layers).with_cuts(cuts)
     }
 
     /// The image with all faces moved; lines are as they were.
     fn placed(&self, placement: Placement) -> Result<SpanImage> {
         let by = DVec2::new(placement.x, placement.y);
+        let plane = |plane: &Plane| placement.plane(plane);
         let source = |source: &Arc<Source>| -> Result<Arc<Source>> {
             let mut moved = Source::clone(source);
-            let plane = |plane: &Plane| placement.plane(plane);
             moved.faces = Arc::new(FaceTable::changed(&source.faces, plane, |point| point + by)?);
             moved.stack.push(Stage::Place(placement));
             Ok(Arc::new(moved))
         };
         let sources = self.sources().iter().map(source).collect::<Result<Vec<_>>>()?;
-        self.with_sources(sources)
+        // What cut faces by depth is placed with them.
+        let (front, back) = self.view().depth_range();
+        let own = [front, back].map(Plane::constant);
+        let limits: Vec<Plane> = own.iter().chain(self.limits()).map(plane).collect();
+        let limits = limits.into_iter().filter(|limit| !own.contains(limit));
+        Ok(self.with_sources(sources)?.with_limits(limits))
     }
 }
 

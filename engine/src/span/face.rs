@@ -4,6 +4,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::edges::Trees;
 use crate::camera::Plane;
 use crate::error::{Error, Result};
 
@@ -82,6 +83,8 @@ pub struct FaceTable {
     corners: Vec<u32>,
     /// On the screen, in pixels.
     points: Vec<DVec2>,
+    /// Made of the others, on demand.
+    trees: Trees,
 }
 
 const END_OF_RING: u32 = 1 << 31;
@@ -167,6 +170,10 @@ impl FaceTable {
         })
     }
 
+    pub(super) fn trees(&self) -> &Trees {
+        &self.trees
+    }
+
     /// All edges of a face's rings.
     pub fn edges<'a>(&'a self, face: &Face) -> impl Iterator<Item = Edge> + 'a {
         self.rings(face).flat_map(|ring| ring.edges())
@@ -175,16 +182,6 @@ impl FaceTable {
     /// The edges of a face's rings that cross the line at `y`.
     pub fn crossing<'a>(&'a self, face: &Face, y: f64) -> impl Iterator<Item = Edge> + 'a {
         self.rings(face).flat_map(move |ring| ring.crossing(y))
-    }
-
-    /// From which height to which a face reaches, in pixels.
-    pub fn extent(&self, face: &Face) -> (f64, f64) {
-        let (mut top, mut bottom) = (f64::INFINITY, f64::NEG_INFINITY);
-        for point in self.rings(face).flat_map(|ring| ring.points()) {
-            top = top.min(point.y);
-            bottom = bottom.max(point.y);
-        }
-        (top, bottom)
     }
 
     /// How many corners a face has, in all its rings.
@@ -254,7 +251,7 @@ impl FaceTable {
         plane: impl Fn(&Plane) -> Plane,
         point: impl Fn(DVec2) -> DVec2,
     ) -> Result<FaceTable> {
-        let mut changed = table.clone();
+        let mut changed = FaceTable { trees: Trees::default(), ..table.clone() };
         changed.points.iter_mut().for_each(|p| *p = point(*p));
         for face in &mut changed.faces {
             face.plane = check_plane(plane(&face.plane), face.ordinal)?;
@@ -450,13 +447,13 @@ impl FaceTableBuilder {
 
     /// The finished table.
     pub fn finish(self) -> FaceTable {
-        let FaceTable { mut faces, corners, points } = self.table;
+        let FaceTable { mut faces, corners, points, .. } = self.table;
         faces.par_iter_mut().filter(|face| face.is_monotone && face.corners > 3).for_each(|face| {
             let first = face.first_corner as usize;
             let corners = &corners[first..first + face.corners as usize];
             face.is_monotone = is_monotone(Ring { corners, points: &points });
         });
-        FaceTable { faces, corners, points }
+        FaceTable { faces, corners, points, trees: Trees::default() }
     }
 
     /// The union of two tables of one source, by ordinal, and the place in it of each face of either.

@@ -8,9 +8,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::cut;
 use super::layer::{self, Segment};
 use super::line::{self, Span};
-use super::{Again, FaceId, Layers, Lines, Source, SpanImage, Union};
+use super::{Again, Cuts, FaceId, Layers, Lines, Source, SpanImage, Union};
 use crate::error::Result;
 use crate::key::{Key, KeyHasher};
 
@@ -73,14 +74,20 @@ impl SpanImage {
         self.check_mergeable(matte)?;
         let union = Union::of(vec![own, other])?;
         let (this, matte) = (union.bring(0, self), union.bring(1, matte));
+        let limits = this.limits().iter().chain(matte.limits()).copied().collect::<Vec<_>>();
+        let this = this.with_limits(limits);
         let cells = this.view().raster().cells();
         let all = this.lines().range();
+        let both = |k: u32, out: &mut Vec<cut::Cut>| {
+            out.extend_from_slice(this.cuts().line(k));
+            out.extend_from_slice(matte.cuts().line(k));
+        };
         if keep == Keep::Inside {
             // All of it becomes layers.
             let nothing = Lines::compute(all.clone(), |_, out| {
                 out.push(Span { x: 0, face: FaceId::NONE });
             });
-            let layers = Layers::compute(all, |k, out| {
+            let layers = Layers::compute(all.clone(), |k, out| {
                 let start = out.len();
                 for image in [&this, &matte] {
                     out.extend_from_slice(image.layers().line(k));
@@ -88,9 +95,25 @@ impl SpanImage {
                 }
                 layer::normalize(out, start);
             });
-            return Ok(this.with_lines(nothing, layers));
+            let cuts = Cuts::compute(all, |k, out| {
+                let start = out.len();
+                both(k, out);
+                cut::normalize(out, start);
+            });
+            return Ok(this.with_lines(nothing, layers).with_cuts(cuts));
         }
-        let held = Lines::compute(all.clone(), |k, out| outside(&this, &matte, k, out));
+        let merged = Lines::compute(all.clone(), |k, out| {
+            let y = this.y(k);
+            let (own, matte) = (this.lines().line(k), matte.lines().line(k));
+            line::merge(own, matte, cells, |face| this.on_line(face, y), out);
+        });
+        let held = Lines::compute(all.clone(), |k, out| {
+            let start = out.len();
+            for span in merged.line(k) {
+                let is_matte = span.face.is_some() && this.face(span.face).0.matte.is_some();
+                line::push(out, start, span.x, if is_matte { FaceId::NONE } else { span.face });
+            }
+        });
         // A matte that lies behind all that is opaque holds nothing.
         let mattes = clipped(matte.layers(), &held, &this);
         let seen = clipped(this.layers(), matte.lines(), &this);
@@ -105,27 +128,20 @@ impl SpanImage {
             });
             layer::normalize(out, start);
         });
-        let solid = Lines::compute(all, |k, out| {
+        let solid = Lines::compute(all.clone(), |k, out| {
             let start = out.len();
             divide(held.line(k), mattes.line(k), cells, |range, face, is_under| {
                 line::push(out, start, range.start, if is_under { FaceId::NONE } else { face });
             });
         });
-        Ok(this.with_lines(solid, layers))
-    }
-}
-
-/// The line `k` of an image where the opaque matte does not hide it.
-fn outside(this: &SpanImage, matte: &SpanImage, k: u32, out: &mut Vec<Span>) {
-    let cells = this.view().raster().cells();
-    let y = this.y(k);
-    let start = out.len();
-    let mut merged = Vec::new();
-    let (a, b) = (this.lines().line(k), matte.lines().line(k));
-    line::merge(a, b, cells, |face| this.on_line(face, y), &mut merged);
-    for span in &merged {
-        let is_matte = span.face.is_some() && this.face(span.face).0.matte.is_some();
-        line::push(out, start, span.x, if is_matte { FaceId::NONE } else { span.face });
+        // The matte is gone, and still its edges bound what it held out.
+        let cuts = Cuts::compute(all, |k, out| {
+            let start = out.len();
+            both(k, out);
+            cut::left_by(merged.line(k), held.line(k), layers.line(k), cells, out);
+            cut::normalize(out, start);
+        });
+        Ok(this.with_lines(solid, layers).with_cuts(cuts))
     }
 }
 

@@ -5,11 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
+use super::cut::{self, Cut};
 use super::layer::{self, Segment};
 use super::line::Span;
 use super::per_line::PerLine;
 use super::{Again, Face, FaceId, Memo, OnLine, Probe, Source, Stage, Union};
-use crate::camera::View;
+use crate::camera::{Plane, View};
 use crate::color::{Color, Kind};
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Environment, Member, Shader, Shading, World, object_name};
@@ -20,6 +21,9 @@ pub type Lines = PerLine<Span>;
 
 /// The segments of translucent faces of a range of rows.
 pub type Layers = PerLine<Segment>;
+
+/// The boundaries of a range of rows whose faces are not there any more.
+pub type Cuts = PerLine<Cut>;
 
 /// A picture as spans: the visible segments of every line of a range of rows, with their faces, and
 /// the sources that the faces come from.
@@ -40,6 +44,9 @@ pub struct SpanImage {
     bases: Vec<u32>,
     lines: Arc<Lines>,
     layers: Arc<Layers>,
+    cuts: Arc<Cuts>,
+    /// Sorted by their bits, without doubles.
+    limits: Arc<[Plane]>,
     intensities: OnceLock<Arc<Intensities>>,
     /// What is kept of these very lines and faces, whatever their stacks.
     memo: Arc<Memo>,
@@ -71,7 +78,9 @@ impl SpanImage {
             sources: Vec::new(),
             bases: Vec::new(),
             lines: Arc::new(Lines::compute(lines.clone(), background)),
-            layers: Arc::new(Layers::empty(lines)),
+            layers: Arc::new(Layers::empty(lines.clone())),
+            cuts: Arc::new(Cuts::empty(lines)),
+            limits: Arc::default(),
             intensities: OnceLock::new(),
             memo: Arc::default(),
         }
@@ -103,6 +112,22 @@ impl SpanImage {
         SpanImage { lines, layers, intensities: OnceLock::new(), memo: Arc::default(), ..self }
     }
 
+    /// The image with other [cuts](super::cut), in their one form.
+    pub(crate) fn with_cuts(self, cuts: Cuts) -> SpanImage {
+        debug_assert_eq!(cuts.range(), self.lines.range());
+        SpanImage { cuts: Arc::new(cuts), ..self }
+    }
+
+    /// The image cut by other planes, in any order.
+    pub(crate) fn with_limits(self, limits: impl IntoIterator<Item = Plane>) -> SpanImage {
+        let bits = |plane: &Plane| [plane.a, plane.b, plane.c].map(f64::to_bits);
+        let is_finite = |p: &Plane| p.a.is_finite() && p.b.is_finite() && p.c.is_finite();
+        let mut limits: Vec<Plane> = limits.into_iter().filter(is_finite).collect();
+        limits.sort_unstable_by_key(bits);
+        limits.dedup_by_key(|plane| bits(plane));
+        SpanImage { limits: limits.into(), ..self }
+    }
+
     /// The projection.
     pub fn view(&self) -> &View {
         &self.view
@@ -131,7 +156,8 @@ impl SpanImage {
         let lines = 0..probes.len() as u32;
         let nothing = SpanImage::with_nothing(self.view.clone(), self.plan, 0..0, lines);
         let (sources, bases) = (self.sources.clone(), self.bases.clone());
-        SpanImage { probes: Some(probes.clone()), sources, bases, ..nothing }
+        let limits = self.limits.clone();
+        SpanImage { probes: Some(probes.clone()), sources, bases, limits, ..nothing }
     }
 
     /// Where the lines lie.
@@ -200,6 +226,16 @@ impl SpanImage {
         &self.layers
     }
 
+    /// Boundaries whose faces are not there any more.
+    pub fn cuts(&self) -> &Cuts {
+        &self.cuts
+    }
+
+    /// Planes that cut faces by depth, beside the front and the back of the camera: those of slices.
+    pub fn limits(&self) -> &[Plane] {
+        &self.limits
+    }
+
     /// The place of a face's source in [`sources`](SpanImage::sources), and of the face in its table.
     #[inline(always)]
     pub fn locate(&self, face: FaceId) -> (usize, usize) {
@@ -265,7 +301,7 @@ impl SpanImage {
 
     /// Bytes held, shared parts included.
     pub fn bytes(&self) -> usize {
-        let spans = self.lines.bytes() + self.layers.bytes();
+        let spans = self.lines.bytes() + self.layers.bytes() + self.cuts.bytes();
         spans + self.sources.iter().map(|source| source.faces.bytes()).sum::<usize>()
     }
 
@@ -337,19 +373,24 @@ impl SpanImage {
         Ok(self.then(image, move |image| image.with_sources(sources.clone())))
     }
 
-    /// The lines and the layers with other ids.
-    pub(super) fn renamed(&self, id: impl Fn(FaceId) -> FaceId + Sync) -> (Lines, Layers) {
+    /// All that stands on the lines of this image, with other ids, in `frame`.
+    pub(super) fn renamed(
+        &self,
+        frame: SpanImage,
+        id: impl Fn(FaceId) -> FaceId + Sync,
+    ) -> SpanImage {
         let all = self.lines.range();
         let lines = Lines::compute(all.clone(), |k, out| {
             out.extend(self.lines.line(k).iter().map(|span| span.renamed(&id)));
         });
-        let layers = Layers::compute(all, |k, out| {
+        let layers = Layers::compute(all.clone(), |k, out| {
             let start = out.len();
             let renamed = |s: &Segment| Segment { face: id(s.face), ..*s };
             out.extend(self.layers.line(k).iter().map(renamed));
             layer::normalize(out, start);
         });
-        (lines, layers)
+        let cuts = Cuts::compute(all, |k, out| cut::renamed(self.cuts.line(k), &id, out));
+        frame.with_lines(lines, layers).with_cuts(cuts)
     }
 
     /// The image with the sources that a [`Union`] made of its own.
@@ -367,7 +408,8 @@ impl SpanImage {
     pub(crate) fn over(&self, rows: Rows) -> SpanImage {
         let lines = self.plan.lines(&rows);
         let nothing = SpanImage::with_nothing(self.view.clone(), self.plan, rows, lines);
-        SpanImage { sources: self.sources.clone(), bases: self.bases.clone(), ..nothing }
+        let (sources, bases) = (self.sources.clone(), self.bases.clone());
+        SpanImage { sources, bases, limits: self.limits.clone(), ..nothing }
     }
 
     /// Merges images by depth: in every cell of every line the winner of all. Associative, commutative,
@@ -446,5 +488,7 @@ impl PartialEq for SpanImage {
             && self.bases == other.bases
             && self.lines == other.lines
             && self.layers == other.layers
+            && self.cuts == other.cuts
+            && self.limits == other.limits
     }
 }

@@ -5,10 +5,12 @@
 //! is the maximum, cell by cell, under the total order of [`order`].
 //!
 //! Reading path: [`order`] (which face is nearer), [`mod@line`] (a line and the merge of two), [`layer`]
-//! (translucent faces), [`face`] (planes and outlines), [`image`] (all lines of a picture, and the merge
+//! (translucent faces), [`face`] (planes and outlines), [`edges`] (outlines by height), [`cut`] (boundaries whose face is gone), [`slopes`] (boundaries that lean), [`image`] (all lines of a picture, and the merge
 //! of pictures), [`union`] (ids that mean the same in several pictures), [`probe`] (more lines, where they
 //! are wanted), [`memo`] (what is kept beside them), [`writer`] (for renderers of other people).
 
+pub mod cut;
+pub mod edges;
 pub mod edit;
 pub mod face;
 pub mod hold;
@@ -20,14 +22,16 @@ pub mod order;
 pub mod per_line;
 pub mod probe;
 pub mod seen;
+pub mod slopes;
 pub mod source;
 pub mod union;
 pub mod writer;
 
+pub use cut::Cut;
 pub use edit::DepthRange;
 pub use face::{Edge, Face, FaceHead, FaceId, FaceTable, FaceTableBuilder, Ring, Role};
 pub use hold::{Held, Keep};
-pub use image::{Layers, Lines, SpanImage};
+pub use image::{Cuts, Layers, Lines, SpanImage};
 pub use layer::Segment;
 pub use line::Span;
 pub use memo::Memo;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::cut::Cut;
 use super::face::Role;
 use super::layer::Segment;
 use super::line;
@@ -18,7 +19,8 @@ impl Seen {
         Seen(vec![None; faces])
     }
 
-    /// Adds what is seen in an image: each face in the middle of its first segment.
+    /// Adds what is seen in an image, each face in the middle of its first segment; and what is not
+    /// seen but parts what is, where it does so first.
     pub fn add(&mut self, image: &SpanImage) {
         let cells = image.view().raster().cells();
         for k in image.lines().range() {
@@ -30,6 +32,9 @@ impl Seen {
             }
             for Segment { start, face, end } in image.layers().line(k) {
                 self.0[face.0 as usize].get_or_insert((k, start + (end - start) / 2));
+            }
+            for Cut { x, face } in image.cuts().line(k) {
+                self.0[face.0 as usize].get_or_insert((k, *x));
             }
         }
     }
@@ -83,8 +88,8 @@ impl SpanImage {
             let faces = Arc::new(source.faces.only(&keep)?);
             sources.push(Source { faces, ..Source::clone(source) });
         }
-        let (lines, layers) = self.renamed(|face| ids[face.0 as usize]);
         let frame = SpanImage::frame(self.view().clone(), self.plan(), self.rows(), sources)?;
-        Ok(frame.with_lines(lines, layers))
+        let frame = frame.with_limits(self.limits().iter().copied());
+        Ok(self.renamed(frame, |face| ids[face.0 as usize]))
     }
 }

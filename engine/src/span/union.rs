@@ -3,9 +3,10 @@
 use std::cmp::Ordering;
 use std::sync::Arc;
 
+use super::cut::{self, Cut};
 use super::layer::{self, Segment};
 use super::line::{self, Span};
-use super::{Again, FaceId, Layers, Lines, OnLine, Source, SpanImage};
+use super::{Again, Cuts, FaceId, Layers, Lines, OnLine, Source, SpanImage};
 use crate::error::{Error, Result};
 
 /// The united sources of some images, and where the faces of each stand in them. Merges those images,
@@ -104,8 +105,7 @@ impl Union {
         if places.stay(image) {
             return self.frame(image);
         }
-        let (lines, layers) = image.renamed(|face| places.of(image, face));
-        self.frame(image).with_lines(lines, layers)
+        image.renamed(self.frame(image), |face| places.of(image, face))
     }
 
     /// Merges images in the places of those that were united, as [`SpanImage::merge`] says.
@@ -129,9 +129,9 @@ impl Union {
             merge_lines(&own, cells, &on_line, out);
         });
         let layers = if images.iter().all(|image| image.layers().items().is_empty()) {
-            Layers::empty(all)
+            Layers::empty(all.clone())
         } else {
-            Layers::compute(all, |k, out| {
+            Layers::compute(all.clone(), |k, out| {
                 let y = frame.y(k);
                 let on_line = |face| frame.on_line(face, y);
                 let start = out.len();
@@ -142,6 +142,16 @@ impl Union {
                 layer::normalize(out, start);
             })
         };
+        let cuts = if images.iter().all(|image| image.cuts().items().is_empty()) {
+            Cuts::empty(all)
+        } else {
+            Cuts::compute(all, |k, out| {
+                let start = out.len();
+                each().for_each(|(image, map)| out.extend(map.cuts(image, k)));
+                cut::normalize(out, start);
+            })
+        };
+        let limits = images.iter().flat_map(|image| image.limits().iter().copied());
         let again: Option<Vec<Again>> = images.iter().map(|image| image.again().cloned()).collect();
         let again = again.map(|all| {
             Again::new(move |probes| {
@@ -149,7 +159,8 @@ impl Union {
                 SpanImage::merge(&made)
             })
         });
-        Ok(frame.with_lines(lines, layers).with_again(again))
+        let merged = frame.with_lines(lines, layers).with_cuts(cuts).with_limits(limits);
+        Ok(merged.with_again(again))
     }
 }
 
@@ -200,5 +211,10 @@ impl Places {
     fn layers<'s>(&'s self, image: &'s SpanImage, k: u32) -> impl Iterator<Item = Segment> + 's {
         let rename = |segment: &Segment| Segment { face: self.of(image, segment.face), ..*segment };
         image.layers().line(k).iter().map(rename)
+    }
+
+    fn cuts<'s>(&'s self, image: &'s SpanImage, k: u32) -> impl Iterator<Item = Cut> + 's {
+        let rename = |cut: &Cut| Cut { face: self.of(image, cut.face), ..*cut };
+        image.cuts().line(k).iter().map(rename)
     }
 }

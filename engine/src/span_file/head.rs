@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path, PathBuf};
 
-use crate::camera::{Camera, View};
+use crate::camera::{Camera, Plane, View};
 use crate::error::Result;
 use crate::fragment::{Member, Origin, Surfaces};
 use crate::key::Key;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
-use crate::span::{Held, Source, Stage};
+use crate::span::{Held, Source, SpanImage, Stage};
 
 /// The first block, as JSON.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -22,6 +22,9 @@ pub(super) struct Head {
     pub(super) phase: Phase,
     /// First row, and the row after the last.
     pub(super) rows: [u32; 2],
+    /// Planes that cut faces by depth, each as a, b and c.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) limits: Vec<[f64; 3]>,
     #[serde(default)]
     pub(super) scenes: Vec<SceneHead>,
     pub(super) sources: Vec<SourceHead>,
@@ -76,7 +79,8 @@ pub(super) struct SourceHead {
 }
 
 impl Head {
-    pub(super) fn new(view: &View, plan: LinePlan, rows: &Rows) -> Head {
+    pub(super) fn new(frame: &SpanImage, rows: &Rows) -> Head {
+        let (view, plan) = (frame.view(), frame.plan());
         let Raster { width, height } = view.raster();
         Head {
             writer: concat!("spandrel ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -86,6 +90,7 @@ impl Head {
             lines_per_row: plan.per_row,
             phase: plan.phase,
             rows: [rows.start, rows.end],
+            limits: frame.limits().iter().map(|limit| [limit.a, limit.b, limit.c]).collect(),
             scenes: Vec::new(),
             sources: Vec::new(),
             worlds: Vec::new(),
@@ -147,6 +152,10 @@ impl Head {
 
     pub(super) fn rows(&self) -> Rows {
         self.rows[0]..self.rows[1]
+    }
+
+    pub(super) fn limits(&self) -> impl Iterator<Item = Plane> + '_ {
+        self.limits.iter().map(|[a, b, c]| Plane { a: *a, b: *b, c: *c })
     }
 }
 

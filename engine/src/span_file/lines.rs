@@ -2,7 +2,7 @@
 
 use super::column::{Bytes, Fault, put, put_run, put_signed};
 use crate::span::line::Span;
-use crate::span::{FaceId, Segment};
+use crate::span::{Cut, FaceId, Segment};
 
 /// How far ahead in the line before an item is looked for.
 const LOOK: usize = 16;
@@ -66,6 +66,23 @@ impl Item for Segment {
             && self.end <= cells
             && self.face.is_some()
             && before.is_none_or(|before| before.start <= self.start)
+    }
+}
+
+impl Item for Cut {
+    type Places = [u32; 1];
+
+    fn parts(&self) -> (FaceId, [u32; 1]) {
+        (self.face, [self.x])
+    }
+
+    fn of(face: FaceId, [x]: [u32; 1]) -> Cut {
+        Cut { x, face }
+    }
+
+    fn may_follow(&self, before: Option<&Cut>, cells: u32) -> bool {
+        let is_inside = self.x > 0 && self.x < cells && self.face.is_some();
+        is_inside && before.is_none_or(|before| before.x <= self.x)
     }
 }
 

@@ -32,8 +32,9 @@
 //!
 //! **`head`** is the first block, and the only one of its kind: JSON with `writer`, `camera` (as in
 //! graphs), `width`, `height` (1 to 65536), `lines_per_row` (1 to 1024), `phase` (`"Centre"`: line k lies at
-//! (k + 1/2) / n rows, `"Border"`: at k / n), `rows` (first, and one beyond the last), `sources` and, for
-//! this program's own scenes, `scenes`. A source has `label` and `scene`, 32 hexadecimal digits: both
+//! (k + 1/2) / n rows, `"Border"`: at k / n), `rows` (first, and one beyond the last), `sources`, `limits` if
+//! planes other than the camera's front and back cut faces by depth (each a, b and c, as those of faces)
+//! and, for this program's own scenes, `scenes`. A source has `label` and `scene`, 32 hexadecimal digits: both
 //! together say whether sources of two files are the same, and none may be there twice. What this program writes of
 //! scenes and sources beside that (`path`, `how`, `key`, `embedded`; `found_in`, `stack`, `matte`, `held`)
 //! other programs leave out, as they do **`scen`**, which holds the a-th of the scenes in the form of this
@@ -43,7 +44,8 @@
 //!
 //! **`line`** holds the lines a to a + b, 1 to 4096 of them with at most 2^24 items; the lines of all
 //! blocks, in the order of the file, follow each other without a gap. It is four runs for the
-//! opaque spans and four for the segments of translucent faces: *operations*, *moves*, *faces* and *places*.
+//! opaque spans, four for the segments of translucent faces and, if there are any, four for *cuts*:
+//! *operations*, *moves*, *faces* and *places*.
 //! A line's items are told by what changed since the line before, of which there is none at the beginning of a
 //! block. For every line there is the number of its items in the operations, and then numbers `4 (count - 1) +
 //! kind` until all are there:
@@ -58,7 +60,8 @@
 //!
 //! A span is a face and the cell at which it begins, until the next begins; the first begins at 0, neighbours
 //! differ in face; every line has one. A segment is a face, the cell at which it begins and the cell before which it ends; segments
-//! are in the order of their beginning. A cell is 2^-f pixels, f being the number of leading zero bits of
+//! are in the order of their beginning. A cut is a boundary that an edge or the plane of a face made which is not seen
+//! any more, such as a matte: the first cell to the right of it, and the face; cuts are in the order of their cells. A cell is 2^-f pixels, f being the number of leading zero bits of
 //! the width as u32.
 //!
 //! **`face`** holds b faces of source a, as 13 runs; a source may have several such blocks, in all of which

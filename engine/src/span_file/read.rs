@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::fragment::{Member, Stage, World};
 use crate::key::Key;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
-use crate::span::{FaceId, Layers, Lines, Segment, Source, Span, SpanImage, layer};
+use crate::span::{Cut, Cuts, FaceId, Layers, Lines, Segment, Source, Span, SpanImage, layer};
 
 /// About how many lines are held at once where a file is read part by part.
 const STEP_LINES: u32 = 2048;
@@ -116,6 +116,7 @@ impl SpanFile {
         let sources = sources.into_iter().map(|(_, source)| source).collect();
         let frame =
             SpanImage::frame(view, plan, rows.start..rows.start, sources).map_err(in_head)?;
+        let frame = frame.with_limits(head.limits());
         let ids =
             ids.into_iter().map(|(number, at, place)| (number, frame.id(place_of[at], place)));
         let ids = ids.collect();
@@ -216,16 +217,19 @@ impl SpanFile {
                 bodies.push((*block, block.read(&self.path, &mut file)?));
             }
         }
-        let parts: Vec<(Lines, Layers)> = bodies
+        let parts: Vec<(Lines, (Layers, Cuts))> = bodies
             .into_par_iter()
             .map(|(block, body)| {
                 let raw = block.unpack(&self.path, body)?;
                 self.decode(&block, &raw, &wanted).map_err(|fault| block.fault(&self.path, fault))
             })
             .collect::<Result<_>>()?;
-        let (spans, layers) = parts.into_iter().unzip();
-        let frame = self.frame.over(rows);
-        Ok(frame.with_lines(Lines::join(wanted.start, spans), Layers::join(wanted.start, layers)))
+        let (spans, beside): (Vec<Lines>, Vec<(Layers, Cuts)>) = parts.into_iter().unzip();
+        let (layers, cuts) = beside.into_iter().unzip();
+        let (spans, layers) =
+            (Lines::join(wanted.start, spans), Layers::join(wanted.start, layers));
+        let frame = self.frame.over(rows).with_lines(spans, layers);
+        Ok(frame.with_cuts(Cuts::join(wanted.start, cuts)))
     }
 
     /// Reads the rows `rows` for whoever solves at `raster` and asks for the lines of `plan`.
@@ -254,7 +258,7 @@ impl SpanFile {
         block: &Block,
         raw: &[u8],
         wanted: &Range<u32>,
-    ) -> Result<(Lines, Layers), String> {
+    ) -> Result<(Lines, (Layers, Cuts)), String> {
         let cells = self.view().raster().cells();
         let face = |number: u32| {
             let at = self.ids.binary_search_by_key(&number, |(number, _)| *number).ok()?;
@@ -266,12 +270,17 @@ impl SpanFile {
             return Err(format!("its line {empty} has no span"));
         }
         let layers = lines::decode::<Segment>(&mut bytes, block.b, cells, face)?;
+        let cuts = match bytes.left() {
+            0 => (vec![0; block.b as usize + 1], Vec::new()),
+            _ => lines::decode::<Cut>(&mut bytes, block.b, cells, face)?,
+        };
         bytes.end()?;
         let from = wanted.start.max(block.a) - block.a;
         let to = wanted.end.min(block.a + block.b) - block.a;
         let (first, run) = (block.a + from, from as usize..to as usize);
         let spans = cut(first, spans, &run);
         let layers = cut(first, layers, &run);
+        let cuts = cut(first, cuts, &run);
         // Sources may stand in another order here than in the file, and so may faces.
         let layers = match layers.items() {
             [] => layers,
@@ -281,7 +290,15 @@ impl SpanFile {
                 layer::normalize(out, start);
             }),
         };
-        Ok((spans, layers))
+        let cuts = match cuts.items() {
+            [] => cuts,
+            _ => Cuts::compute(cuts.range(), |k, out| {
+                let start = out.len();
+                out.extend_from_slice(cuts.line(k));
+                crate::span::cut::normalize(out, start);
+            }),
+        };
+        Ok((spans, (layers, cuts)))
     }
 }
 

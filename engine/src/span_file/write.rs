@@ -19,7 +19,7 @@ use crate::key::Key;
 use crate::output;
 use crate::raster::Rows;
 use crate::scene::read::bundle;
-use crate::span::{Seen, Source, Span, SpanImage, Stage};
+use crate::span::{Cut, Seen, Segment, Source, Span, SpanImage, Stage};
 
 /// Lines in a block: what is read at once where one of them is wanted.
 const BLOCK_LINES: u32 = 256;
@@ -102,7 +102,7 @@ impl<'w, W: Write> Writer<'w, W> {
         rows: Rows,
         options: Options,
     ) -> Result<Writer<'w, W>> {
-        let mut head = Head::new(frame.view(), frame.plan(), &rows);
+        let mut head = Head::new(frame, &rows);
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut contents: BTreeMap<usize, Arc<[u8]>> = BTreeMap::new();
         let scene = |surfaces: &dyn Surfaces| {
@@ -251,16 +251,22 @@ fn baked(source: &Source) -> Source {
 fn pack(image: &SpanImage, run: Range<u32>) -> Result<Vec<Packed>> {
     let mut packed = Vec::new();
     let mut first = run.start;
-    let (mut spans, mut layers) = (Encoder::<Span>::new(), Encoder::new());
+    let new = || (Encoder::<Span>::new(), Encoder::<Segment>::new(), Encoder::<Cut>::new());
+    let (mut spans, mut layers, mut cuts) = new();
+    let has_cuts = !image.cuts().items().is_empty();
     for k in run.clone() {
         spans.line(image.lines().line(k));
         layers.line(image.layers().line(k));
-        if k + 1 == run.end || spans.bytes() + layers.bytes() > BLOCK_BYTES {
+        cuts.line(image.cuts().line(k));
+        if k + 1 == run.end || spans.bytes() + layers.bytes() + cuts.bytes() > BLOCK_BYTES {
             let mut raw = Vec::new();
             spans.finish(&mut raw);
             layers.finish(&mut raw);
+            if has_cuts {
+                cuts.finish(&mut raw);
+            }
             packed.push(Packed::new(Kind::Lines, first, k + 1 - first, raw)?);
-            (spans, layers) = (Encoder::new(), Encoder::new());
+            (spans, layers, cuts) = new();
             first = k + 1;
         }
     }

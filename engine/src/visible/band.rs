@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::camera::View;
 use crate::raster::{LinePlan, Raster};
+use crate::span::edges::Side;
 use crate::span::{DepthRange, Face, FaceTable, OnLine, Ring, Role};
 
 /// Lines in a band. Faces are set up and thrown away once for all of them, and the compiler computes
@@ -67,61 +68,64 @@ pub(super) fn reach(ring: Ring<'_>, band: &Band, raster: Raster) -> Reach {
     }
 }
 
-/// The segments of any face on a line, from left to right, in cells.
+/// What a ring says of what is inside of it.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Region {
+    /// The face may be there.
+    Outline,
+    /// The face is not there.
+    Hole,
+    /// The seal may be there.
+    Seal,
+    /// The drawn edge is there.
+    Stroke,
+}
+
+/// The segments of any face on a line, from left to right, in cells: the outline by the even-odd rule,
+/// less all holes together; of a seal what of that lies in it; of a drawn edge the union of its rings.
 pub(super) fn segments(table: &FaceTable, face: &Face, y: f64, raster: Raster) -> Vec<Range<u32>> {
+    let mut found: Vec<(Region, u32, u32)> = Vec::new();
+    let mut cross = |face: &Face, region: fn(u32) -> Region| {
+        table.sides_near(face, y, y, |Side { ring, edge, .. }| {
+            if edge.crosses(y) {
+                found.push((region(ring), ring, raster.cell(edge.x_at(y))));
+            }
+        });
+    };
+    let of_face = |ring| if ring == 0 { Region::Outline } else { Region::Hole };
     match face.role {
-        Role::Stroke => {
-            let rings = table.rings(face).map(|ring| crossings(ring, y, raster));
-            rings.fold(Vec::new(), |all, ring| unite(&all, &ring))
-        }
-        Role::Face => {
-            let mut rings = table.rings(face).map(|ring| crossings(ring, y, raster));
-            let outline = rings.next().unwrap_or_default();
-            if outline.is_empty() {
-                return outline;
-            }
-            rings.fold(outline, |rest, hole| subtract(&rest, &hole))
-        }
+        Role::Face => cross(face, of_face),
+        Role::Stroke => cross(face, |_| Region::Stroke),
         Role::Seal(parent) => {
-            let mut rings = table.rings(face).map(|ring| crossings(ring, y, raster));
-            let seal = rings.next().unwrap_or_default();
-            if seal.is_empty() {
-                return seal;
-            }
-            let parent = &table.faces()[parent as usize];
-            intersect(&seal, &segments(table, parent, y, raster))
+            cross(face, |_| Region::Seal);
+            cross(&table.faces()[parent as usize], of_face);
         }
     }
-}
-
-/// The inside of a ring on a line, by the even-odd rule.
-fn crossings(ring: Ring<'_>, y: f64, raster: Raster) -> Vec<Range<u32>> {
-    let mut cells: Vec<u32> = ring.crossing(y).map(|edge| raster.cell(edge.x_at(y))).collect();
-    cells.sort_unstable();
-    cells.chunks_exact(2).filter(|pair| pair[0] < pair[1]).map(|pair| pair[0]..pair[1]).collect()
-}
-
-/// Combines two lists of segments: where `keep(in a, in b)`.
-fn combine(
-    a: &[Range<u32>],
-    b: &[Range<u32>],
-    keep: impl Fn(bool, bool) -> bool,
-) -> Vec<Range<u32>> {
-    let ends = |list: &[Range<u32>], which: usize| -> Vec<(u32, usize)> {
-        list.iter().flat_map(|r| [(r.start, which), (r.end, which)]).collect()
-    };
-    let mut events = ends(a, 0);
-    events.extend(ends(b, 1));
-    events.sort_unstable();
-    let mut inside = [false; 2];
+    found.sort_unstable();
+    let pairs = || found.chunks_exact(2).filter(|pair| pair[0].2 < pair[1].2);
+    let is_plain = found.last().is_none_or(|last| (last.0, last.1) == (Region::Outline, 0));
+    if is_plain && face.role == Role::Face {
+        return pairs().map(|pair| pair[0].2..pair[1].2).collect();
+    }
+    // Every ring begins and ends where it is crossed, by turns; regions of several rings are counted.
+    let ends = pairs().flat_map(|pair| [(pair[0].2, pair[0].0, 1), (pair[1].2, pair[1].0, -1)]);
+    let mut ends: Vec<(u32, Region, i32)> = ends.collect();
+    ends.sort_unstable();
+    let mut inside = [0; 4];
     let mut open = None;
     let mut out = Vec::new();
-    for (i, (x, which)) in events.iter().enumerate() {
-        inside[*which] = !inside[*which];
-        if events.get(i + 1).is_some_and(|next| next.0 == *x) {
+    for (i, (x, region, step)) in ends.iter().enumerate() {
+        inside[*region as usize] += step;
+        if ends.get(i + 1).is_some_and(|next| next.0 == *x) {
             continue;
         }
-        match (open, keep(inside[0], inside[1])) {
+        let [outline, holes, seal, stroke] = inside.map(|count| count > 0);
+        let is_there = match face.role {
+            Role::Face => outline && !holes,
+            Role::Seal(_) => outline && !holes && seal,
+            Role::Stroke => stroke,
+        };
+        match (open, is_there) {
             (None, true) => open = Some(*x),
             (Some(start), false) => {
                 out.push(start..*x);
@@ -131,18 +135,6 @@ fn combine(
         }
     }
     out
-}
-
-fn unite(a: &[Range<u32>], b: &[Range<u32>]) -> Vec<Range<u32>> {
-    combine(a, b, |a, b| a || b)
-}
-
-fn subtract(a: &[Range<u32>], b: &[Range<u32>]) -> Vec<Range<u32>> {
-    combine(a, b, |a, b| a && !b)
-}
-
-fn intersect(a: &[Range<u32>], b: &[Range<u32>]) -> Vec<Range<u32>> {
-    combine(a, b, |a, b| a && b)
 }
 
 /// The limits of what is seen: the viewport's sides in cells, and the front and back planes.
@@ -187,14 +179,56 @@ impl Limits {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::Plane;
+    use crate::span::{FaceHead, FaceTableBuilder};
+    use glam::DVec2;
+
+    /// The segments at the height .5 of a face with rectangles, given by their sides, as its rings.
+    fn of(rings: &[(f64, f64)], seal: Option<(f64, f64)>, role: Role) -> Vec<(f64, f64)> {
+        let raster = Raster::new(64, 1).unwrap();
+        let mut table = FaceTableBuilder::new();
+        let mut rectangle = |(left, right): (f64, f64)| {
+            let corners = [(left, 0.0), (right, 0.0), (right, 1.0), (left, 1.0)];
+            let first = table.points(corners.map(|(x, y)| DVec2::new(x, y))).unwrap();
+            [first, first + 1, first + 2, first + 3]
+        };
+        let of_face: Vec<[u32; 4]> = rings.iter().copied().map(&mut rectangle).collect();
+        let of_seal = seal.map(&mut rectangle);
+        let head = |ordinal, role| {
+            let (plane, rank) = (Plane::constant(1.0), ordinal);
+            FaceHead { ordinal, plane, rank, role, sees_front: true, is_translucent: false }
+        };
+        table.face(head(0, role), of_face.iter().map(|ring| &ring[..])).unwrap();
+        if let Some(ring) = of_seal {
+            table.face(head(1, Role::Seal(0)), [&ring[..]]).unwrap();
+        }
+        let table = table.finish();
+        let face = table.faces().last().unwrap();
+        let found = segments(&table, face, 0.5, raster).into_iter();
+        found.map(|cells| (raster.pixels(cells.start), raster.pixels(cells.end))).collect()
+    }
 
     #[test]
-    fn segments_combine_as_sets() {
-        let (a, b) = (vec![0..10, 20..30], vec![5..25, 30..40]);
-        assert_eq!(unite(&a, &b), vec![0..40]);
-        assert_eq!(subtract(&a, &b), vec![0..5, 25..30]);
-        assert_eq!(intersect(&a, &b), vec![5..10, 20..25]);
-        assert_eq!(subtract(&a, &a), vec![]);
-        assert_eq!(unite(&a, &[]), a);
+    fn a_face_is_its_outline_less_all_of_its_holes() {
+        let of_face = |rings: &[(f64, f64)]| of(rings, None, Role::Face);
+        assert_eq!(of_face(&[(0.0, 10.0)]), [(0.0, 10.0)]);
+        assert_eq!(of_face(&[(0.0, 10.0), (2.0, 3.0)]), [(0.0, 2.0), (3.0, 10.0)]);
+        // Holes that overlap are one, and one that reaches beyond the outline ends with it.
+        let overlapping = [(0.0, 10.0), (2.0, 4.0), (3.0, 5.0), (3.5, 3.7), (9.0, 12.0)];
+        assert_eq!(of_face(&overlapping), [(0.0, 2.0), (5.0, 9.0)]);
+        assert_eq!(of_face(&[(1.0, 2.0), (0.0, 9.0)]), []);
+        // Rings that touch.
+        assert_eq!(of_face(&[(0.0, 10.0), (2.0, 4.0), (4.0, 6.0)]), [(0.0, 2.0), (6.0, 10.0)]);
+    }
+
+    #[test]
+    fn a_seal_is_cut_to_its_face_and_strokes_are_one() {
+        let rings = [(0.0, 10.0), (2.0, 4.0), (3.0, 5.0)];
+        assert_eq!(of(&rings, Some((3.0, 12.0)), Role::Face), [(5.0, 10.0)]);
+        assert_eq!(of(&rings, Some((1.0, 9.0)), Role::Face), [(1.0, 2.0), (5.0, 9.0)]);
+        assert_eq!(
+            of(&[(0.0, 2.0), (1.0, 3.0), (5.0, 6.0)], None, Role::Stroke),
+            [(0.0, 3.0), (5.0, 6.0)]
+        );
     }
 }

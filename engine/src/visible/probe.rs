@@ -6,13 +6,15 @@
 //! bits that a line at its height would have.
 
 use rayon::prelude::*;
+use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::band::{self, Limits};
 use super::bins::{Bins, Entry};
 use crate::raster::{MAX_SIDE, Raster};
-use crate::span::{Edge, FaceId, Layers, Lines, Probe, Role, Segment, Span, SpanImage};
+use crate::span::edges::{MANY, Occupied};
+use crate::span::{Face, FaceId, Layers, Lines, Probe, Role, Segment, Source, Span, SpanImage};
 use crate::span::{layer, line};
 
 /// The faces of an image's sources by row of the raster.
@@ -64,16 +66,64 @@ impl Index {
                 }
             }
         }
-        areas.iter().zip(found).map(|(area, faces)| nearest(image, area, faces)).collect()
+        let y = [f64::from(row), f64::from(row) + 1.0];
+        // Probes may lie a little beyond their row.
+        let ends = |[low, high]: [f64; 2], area: &Area| [low.min(area.y[0]), high.max(area.y[1])];
+        let y = areas.iter().fold(y, ends);
+        let mut inside = Inside { raster, y, known: HashMap::new() };
+        let areas = areas.iter().zip(found);
+        areas.map(|(area, faces)| nearest(image, area, faces, &mut inside)).collect()
+    }
+}
+
+/// What is known of faces with many edges in a row: where these are, and where on the row's middle the
+/// face is.
+struct Inside {
+    raster: Raster,
+    /// The row's ends.
+    y: [f64; 2],
+    known: HashMap<FaceId, (Occupied, Vec<Range<u32>>)>,
+}
+
+impl Inside {
+    /// Whether a face covers all of an area: no edge of it meets the area, and it is there.
+    fn covers(
+        &mut self,
+        source: &Source,
+        face: &Face,
+        id: FaceId,
+        x: [f64; 2],
+        y: [f64; 2],
+    ) -> bool {
+        // Boundaries are rounded to cells.
+        let near = 1e-4;
+        let (left, right) = (x[0] - near, x[1] + near);
+        let (table, raster) = (&*source.faces, self.raster);
+        let middle = raster.cell((x[0] + x[1]) / 2.0);
+        let segments = |y: [f64; 2]| band::segments(table, face, (y[0] + y[1]) / 2.0, raster);
+        if table.corner_count(face) < MANY {
+            let mut reached = table.edges(face).filter_map(|edge| edge.reach(y[0], y[1]));
+            return !reached.any(|(from, to)| from <= right && to >= left)
+                && segments(y).iter().any(|segment| segment.contains(&middle));
+        }
+        let known = self.known.entry(id);
+        let (occupied, inside) =
+            known.or_insert_with(|| (table.occupied(face, self.y[0], self.y[1]), segments(self.y)));
+        let at = inside.partition_point(|segment| segment.end <= middle);
+        !occupied.meets(left, right) && inside.get(at).is_some_and(|s| s.contains(&middle))
     }
 }
 
 /// The faces of an area without those that lie behind one that covers all of it.
-fn nearest(image: &SpanImage, area: &Area, mut faces: Vec<Entry>) -> Vec<FaceId> {
+fn nearest(
+    image: &SpanImage,
+    area: &Area,
+    mut faces: Vec<Entry>,
+    inside: &mut Inside,
+) -> Vec<FaceId> {
     faces.sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest));
     let raster = image.view().raster();
     let x = [raster.pixels(area.cells.start), raster.pixels(area.cells.end)];
-    let middle = ((x[0] + x[1]) / 2.0, (area.y[0] + area.y[1]) / 2.0);
     let is_open = Limits::new(image.view()).are_open();
     let mut kept: Vec<(FaceId, f64)> = Vec::new();
     let mut bound = f64::NEG_INFINITY;
@@ -90,19 +140,9 @@ fn nearest(image: &SpanImage, area: &Area, mut faces: Vec<Entry>) -> Vec<FaceId>
             continue;
         }
         kept.push((entry.face, most + doubt));
-        if is_open && !face.is_translucent && face.role == Role::Face {
-            // Boundaries are rounded to cells.
-            let near = 1e-4;
-            let meets = |edge: Edge| {
-                let reach = edge.reach(area.y[0], area.y[1]);
-                reach.is_some_and(|(left, right)| left <= x[1] + near && right >= x[0] - near)
-            };
-            let is_right = |edge: &Edge| edge.x_at(middle.1) > middle.0;
-            let is_inside =
-                || source.faces.crossing(face, middle.1).filter(is_right).count() % 2 == 1;
-            if !source.faces.edges(face).any(meets) && is_inside() {
-                bound = bound.max(least - doubt);
-            }
+        let may_hide = is_open && !face.is_translucent && face.role == Role::Face;
+        if may_hide && inside.covers(source, face, entry.face, x, area.y) {
+            bound = bound.max(least - doubt);
         }
     }
     kept.into_iter().filter(|(_, near)| *near >= bound).map(|(id, _)| id).collect()

@@ -1,7 +1,11 @@
 //! Polygons in space: what faces and lights made of them share.
 
-use earcut::{Earcut, utils3d::project3d_to_2d};
+mod cone;
+mod region;
+
+pub use cone::{Cone, is_part, split};
 use glam::DVec3;
+pub use region::{Area, Corner, areas, triangles};
 
 /// Twice the area of a polygon times its normal (Newell): right for concave polygons, and the best
 /// fit to one that is not planar.
@@ -9,6 +13,26 @@ pub fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
     let Some(origin) = points.clone().next() else { return DVec3::ZERO };
     let next = points.clone().skip(1);
     points.zip(next).map(|(p, q)| (p - origin).cross(q - origin)).sum()
+}
+
+/// The unit normal of a polygon's plane, to its front. An outline that crosses itself may enclose as
+/// much one way round as the other; its plane then is that of its widest corner. `None` if all points
+/// lie on a line.
+pub fn plane_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
+    let area = area_vector(points.clone());
+    let origin = points.clone().next()?;
+    let reach = points.clone().map(|p| (p - origin).length_squared()).fold(0.0, f64::max);
+    if area.length() > 1e-12 * reach {
+        return area.try_normalize();
+    }
+    let far = points.clone().max_by(|p, q| {
+        let from = |p: &DVec3| (*p - origin).length_squared();
+        from(p).total_cmp(&from(q))
+    })?;
+    let corner = |p: DVec3| (far - origin).cross(p - origin);
+    let widest =
+        points.map(corner).max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))?;
+    if widest.length() > 1e-12 * reach { widest.try_normalize() } else { None }
 }
 
 /// Whether a point of a polygon's plane lies inside it, by the even-odd rule, or on its outline. Seen along the
@@ -55,22 +79,4 @@ pub fn volume<R: Iterator<Item = DVec3> + Clone>(
         points.clone().next().map_or(0.0, |first| first.dot(area_vector(points)))
     };
     is_closed.then(|| rings.map(cone).sum::<f64>() / 6.0)
-}
-
-/// A polygon with holes in triangles, as places among its points: those of the outline, and then those of
-/// the holes, each from one of `holes` on. All run the way round that the outline does.
-pub fn triangles(points: &[DVec3], holes: &[u32]) -> Vec<[u32; 3]> {
-    let Some(origin) = points.first() else { return Vec::new() };
-    let outline = &points[..holes.first().map_or(points.len(), |first| *first as usize)];
-    let relative: Vec<[f64; 3]> = points.iter().map(|p| (*p - origin).to_array()).collect();
-    let (mut flat, mut indices): (Vec<[f64; 2]>, Vec<u32>) = (Vec::new(), Vec::new());
-    if project3d_to_2d(&relative, outline.len(), &mut flat) {
-        Earcut::new().earcut(flat.iter().copied(), holes, &mut indices);
-    }
-    let normal = area_vector(outline.iter().copied());
-    let turned = |t: [u32; 3]| {
-        let area = area_vector(t.iter().map(|i| points[*i as usize]));
-        if area.dot(normal) < 0.0 { [t[0], t[2], t[1]] } else { t }
-    };
-    indices.chunks_exact(3).map(|t| turned([t[0], t[1], t[2]])).collect()
 }
