@@ -4,9 +4,10 @@ use glam::DVec2;
 use proptest::prelude::*;
 use spandrel_engine::raster::{LinePlan, Phase};
 use spandrel_engine::resolve::{Channel, Cover, Framing, Rule, Vertical, Weighting, resolve};
-use spandrel_engine::span::{FaceId, SpanImage, line};
+use spandrel_engine::span::{DepthRange, FaceId, Keep, SpanImage, line};
 use spandrel_engine::visible;
 use spandrel_tests::known::covers;
+use spandrel_tests::random::Random;
 use spandrel_tests::scenes;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -242,6 +243,122 @@ fn slopes_pay_where_edges_are_long() {
 }
 
 #[test]
+fn slopes_leave_every_face_the_area_that_lines_give_it() {
+    // Where an edge leans to is gained above as much as lost below: whatever crosses, fades or is flattened,
+    // each face has the area that the same lines without slopes give it.
+    for seed in 0..12 {
+        for n in [1, 3, 8] {
+            let rule = Rule::Sloped(n);
+            let image = render(seed, rule);
+            let whole = Framing::whole(image.view().raster());
+            let inside = |rule: Rule| {
+                // What leans out of the picture at its sides is lost.
+                let mut rows = covers(&image, rule, &whole);
+                rows.iter_mut().for_each(|row| row.retain(|c| c.face.is_some()));
+                areas(&rows)
+            };
+            let (sloped, sampled) = (inside(rule), inside(Rule::Sampled(n, Weighting::Box)));
+            let touches_sides = |face: &FaceId| {
+                let lines = image.lines();
+                let cells = image.view().raster().cells();
+                lines.range().any(|k| {
+                    let segments = line::segments(lines.line(k), cells);
+                    segments.filter(|(_, f)| f == face).any(|(range, _)| {
+                        let near = cells / 20;
+                        range.start < near || range.end > cells - near
+                    })
+                })
+            };
+            for (face, area) in &sampled {
+                let found = sloped.get(face).copied().unwrap_or(0.0);
+                if !touches_sides(face) {
+                    assert!((found - area).abs() < 1e-4, "{seed} {n} {face:?}: {found} {area}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn slivers_are_nearer_to_the_truth_with_slopes() {
+    // Pictures full of slivers that lean, cross and end in each other's way.
+    let mut random = Random::new(5);
+    for count in [40, 400, 2000] {
+        let sliver = |i| {
+            let (x, y) = (random.between(0.0, 32.0), random.between(0.0, 24.0));
+            let angle = random.between(0.0, std::f64::consts::TAU);
+            let (s, c) = (spandrel_engine::math::sin(angle), spandrel_engine::math::cos(angle));
+            let (length, width) = (random.between(0.5, 12.0), random.between(0.001, 0.3));
+            let at = |u: f64, v: f64| {
+                glam::DVec3::new(x + u * c - v * s, y + u * s + v * c, f64::from(i) * 0.01)
+            };
+            vec![at(0.0, 0.0), at(length, 0.0), at(length * 0.9, width)]
+        };
+        let polygons: Vec<Vec<glam::DVec3>> = (0..count).map(sliver).collect();
+        let scene = scenes::scene("slivers", scenes::polygons(&polygons));
+        let view = scenes::pixel_view(32, 24);
+        let alpha = |rule: Rule| {
+            let plan = rule.plan().unwrap();
+            let image = visible::render(&[scene.clone().into()], &view, plan, 0..24).unwrap();
+            let framing = Framing::whole(view.raster());
+            let channels = BTreeSet::from([Channel::Color]);
+            resolve(&image, rule, &framing, &channels).unwrap().float("A").unwrap().to_vec()
+        };
+        let truth = alpha(Rule::Exact);
+        let error = |rule: Rule| {
+            let square = |(a, b): (&f32, &f32)| f64::from(a - b).powi(2);
+            alpha(rule).iter().zip(&truth).map(square).sum::<f64>()
+        };
+        for n in [1, 2, 4, 8] {
+            let (sloped, sampled) =
+                (error(Rule::Sloped(n)), error(Rule::Sampled(n, Weighting::Box)));
+            assert!(sloped < sampled, "{count} slivers, {n} lines: {sloped} and {sampled}");
+        }
+    }
+}
+
+#[test]
+fn a_declared_priority_decides_what_is_meant_to_coincide() {
+    // Two walls that should be one, the second farther by less than the step of a priority, 2^-24 of the
+    // distance; and one that is farther by more.
+    let wall = |z: f64| {
+        let corners = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)];
+        let ring = corners.map(|(x, y)| glam::DVec3::new(x, y, z + 0.01 * x)).to_vec();
+        scenes::scene(&format!("wall {z}"), scenes::polygons(&[ring]))
+    };
+    let parallel = scenes::pixel_view(20, 15);
+    for view in [scenes::front_view(20, 15), parallel] {
+        let distance = if view.is_parallel() { 1000.0 } else { 10.0 };
+        let step = distance / f64::from(1 << 24);
+        let render = |scene: &std::sync::Arc<spandrel_engine::scene::Scene>, priority| {
+            let cluster = visible::Cluster { priority, ..scene.clone().into() };
+            visible::render(&[cluster], &view, plan(2), 0..15).unwrap()
+        };
+        // By label, the share of the picture that each of two images shows of their merge.
+        let seen = |a: &SpanImage, b: &SpanImage| {
+            let both = SpanImage::merge(&[a.clone(), b.clone()]).unwrap();
+            let other = SpanImage::merge(&[b.clone(), a.clone()]).unwrap();
+            assert!(both == other, "in any order");
+            let mut labels = BTreeSet::new();
+            for span in both.lines().items().iter().filter(|span| span.face.is_some()) {
+                labels.insert(both.face(span.face).0.label.clone());
+            }
+            labels.into_iter().collect::<Vec<_>>().join(" and ")
+        };
+        let (front, back) = (wall(0.0), wall(-0.3 * step));
+        let far = wall(-40.0 * step);
+        assert_eq!(seen(&render(&front, 0), &render(&back, 0)), front.label);
+        assert_eq!(seen(&render(&front, 0), &render(&back, 1)), back.label);
+        assert_eq!(seen(&render(&front, 2), &render(&back, 1)), front.label);
+        assert_eq!(seen(&render(&front, -1), &render(&back, 0)), back.label);
+        assert_eq!(seen(&render(&front, 0), &render(&far, 20)), front.label);
+        assert_eq!(seen(&render(&front, 0), &render(&far, 60)), far.label);
+        // Outlines stay where they are.
+        assert_eq!(render(&front, 0).lines(), render(&front, 60).lines());
+    }
+}
+
+#[test]
 fn the_number_of_threads_changes_no_bit() {
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -279,6 +396,21 @@ fn merging_is_associative_commutative_and_idempotent() {
             visible::render(&[scene.into()], &view, plan, 0..11).unwrap()
         };
         let [a, b, c] = [cluster(0), cluster(1), cluster(2)];
+        // What was cut, held or moved before it is merged is merged as all else.
+        let depth = Some(view.depth(9.0));
+        let [a, b, c] = match seed % 4 {
+            0 => [
+                a.held(&c, Keep::Outside).unwrap(),
+                b.sliced(DepthRange { front: depth, back: None }),
+                c.moved(1.25, 2, 0..11).unwrap(),
+            ],
+            1 => [
+                a.held(&b, Keep::Inside).unwrap(),
+                b.with_depths(1.5, 0.01).unwrap(),
+                c.sliced(DepthRange { front: None, back: depth }).held(&a, Keep::Outside).unwrap(),
+            ],
+            _ => [a, b, c],
+        };
         let merge = |images: &[&SpanImage]| {
             SpanImage::merge(&images.iter().map(|image| (*image).clone()).collect::<Vec<_>>())
                 .unwrap()

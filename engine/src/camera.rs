@@ -114,6 +114,16 @@ impl Camera {
         if !numbers.iter().all(|part| part.iter().all(|v| v.is_finite())) {
             return Err(Error::invalid("the camera has a number that is not finite"));
         }
+        let places = [self.position, self.look_at];
+        let lengths = [self.front, self.back.unwrap_or(0.0), self.parallel_height.unwrap_or(1.0)];
+        if !places.iter().all(|place| math::is_within_reach(*place))
+            || !lengths.iter().all(|length| length.abs() <= math::REACH)
+        {
+            return Err(Error::invalid(format!(
+                "the camera has a place or a length beyond {:e} m: make the world smaller",
+                math::REACH
+            )));
+        }
         let ends = 0.0..180.0;
         if self.parallel_height.is_none()
             && (self.field_of_view <= 0.0 || !ends.contains(&self.field_of_view))

@@ -5,6 +5,18 @@
 //! holds on another. `clippy.toml` refuses the standard ones. Square roots, sums and products are
 //! exact to the last bit by IEEE 754 and need no such care.
 
+use glam::DVec3;
+
+/// The farthest from the origin that anything may lie, in metres, and one over the least size of a scene.
+/// Within this range the size of the world changes no bit of a picture; beyond it squares of squares of
+/// lengths leave the range of doubles.
+pub const REACH: f64 = 1e30;
+
+/// Whether a point lies within [`REACH`]; one that is not finite does not.
+pub fn is_within_reach(point: DVec3) -> bool {
+    point.abs().cmple(DVec3::splat(REACH)).all()
+}
+
 /// Sine of an angle in radians.
 pub fn sin(x: f64) -> f64 {
     libm::sin(x)

@@ -110,8 +110,10 @@ impl Surface {
             if rings().any(|ring| ring.len() < 3) {
                 return Err(Error::invalid(format!("{which}an outline has fewer than 3 corners")));
             }
-            if !rings().flatten().all(|p| p.is_finite()) {
-                return Err(Error::invalid(format!("{which}a corner is not finite")));
+            if !rings().flatten().all(|p| math::is_within_reach(*p)) {
+                let reach = math::REACH;
+                let message = format!("{which}a corner is not finite, or lies beyond {reach:e} m");
+                return Err(Error::invalid(message));
             }
             let low = polygon.outline.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
             let high = polygon.outline.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));

@@ -376,6 +376,7 @@ impl Flattening {
                 ready
             }
         };
+        geometry.check_place(&here.world)?;
         let first_ordinal = self.parts as u32;
         self.parts += u64::from(geometry.part_count());
         if self.instances.len() >= MAX_INSTANCES || self.parts >= u64::from(u32::MAX) {

@@ -12,13 +12,14 @@
 //!
 //! What was changed is counted and told.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use super::face::Face;
 use super::mesh::Mesh;
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::math;
 use crate::polygon::{self, Area, Corner};
 
 /// How far a polygon's corners may leave its plane, as a share of its diameter. Its outline on the
@@ -56,6 +57,8 @@ pub struct Geometry {
     /// Where each face's parts begin, and the end; absent where every face is one part.
     parts: Option<Vec<u32>>,
     faults: Faults,
+    /// The least and the greatest coordinates of what its faces use.
+    bounds: Option<[DVec3; 2]>,
     body: OnceLock<i8>,
 }
 
@@ -109,10 +112,15 @@ impl Geometry {
     /// If the mesh has numbers that are not finite or lists of unequal length.
     pub fn new(mesh: &Mesh) -> Result<Geometry> {
         mesh.validate()?;
+        if let Some(bounds) = bounds(mesh) {
+            check_size(bounds)?;
+        }
         let mut faults = Faults::default();
         let mesh = flat_and_affine(mesh, &mut faults)?;
         let (supports, support_of) = share_planes(&mesh);
-        let mut geometry = Geometry { mesh, supports, support_of, faults, ..Geometry::default() };
+        let bounds = bounds(&mesh);
+        let mut geometry =
+            Geometry { mesh, supports, support_of, faults, bounds, ..Geometry::default() };
         if geometry.mesh.has_parts() {
             let mut first = 0;
             let counts =
@@ -197,6 +205,22 @@ impl Geometry {
         })
     }
 
+    /// Whether the mesh, placed in the world, has a size that is handled exactly.
+    ///
+    /// # Errors
+    /// If it reaches too far from the origin or is too small.
+    pub fn check_place(&self, world: &DAffine3) -> Result<()> {
+        let Some([low, high]) = self.bounds else { return Ok(()) };
+        let corner = |i: usize| {
+            let pick = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
+            world.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
+        };
+        let corners = || (0..8).map(corner);
+        let low = corners().fold(DVec3::INFINITY, DVec3::min);
+        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        check_size([low, high])
+    }
+
     /// Bytes held, about.
     pub fn bytes(&self) -> usize {
         self.mesh.bytes()
@@ -245,6 +269,36 @@ impl Geometry {
             }
         }
     }
+}
+
+/// The least and the greatest coordinates of the corners of faces; `None` if there are none.
+fn bounds(mesh: &Mesh) -> Option<[DVec3; 2]> {
+    let corners = (0..mesh.face_count()).flat_map(|at| mesh.outline(at));
+    let points = corners.map(|corner| mesh.points[*corner as usize]);
+    points.fold(None, |bounds, p| {
+        let [low, high] = bounds.unwrap_or([p, p]);
+        Some([low.min(p), high.max(p)])
+    })
+}
+
+/// Whether what takes so much space is handled exactly.
+fn check_size([low, high]: [DVec3; 2]) -> Result<()> {
+    let far = low.abs().max(high.abs()).max_element();
+    let size = (high - low).max_element();
+    if !(far <= math::REACH) {
+        return Err(Error::invalid(format!(
+            "it reaches {far:.1e} m from the origin, and what lies beyond {:e} m is not exact: make it \
+             smaller or put it nearer",
+            math::REACH
+        )));
+    }
+    if size > 0.0 && size < 1.0 / math::REACH {
+        return Err(Error::invalid(format!(
+            "it is {size:.1e} m large, and what is smaller than {:e} m is not exact: make it larger",
+            1.0 / math::REACH
+        )));
+    }
+    Ok(())
 }
 
 fn flat_and_affine(mesh: &Mesh, faults: &mut Faults) -> Result<Mesh> {

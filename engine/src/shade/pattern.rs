@@ -28,11 +28,14 @@ impl Spread {
     ) -> Option<DVec3> {
         let DVec2 { x, y } = self.at(choice)?;
         let view = fragments.view;
-        let (near, far) =
-            (view.world_point(x, y, view.depth(1.0)), view.world_point(x, y, view.depth(2.0)));
-        let along = far - near;
-        let t = normal.dot(fragments.position[i] - near) / normal.dot(along);
-        Some(near + along * t).filter(|point| point.is_finite())
+        // On the line of sight, as far away as the fragment: nothing here depends on the size of the world.
+        let there = view.world_point(x, y, fragments.depth[i]);
+        let along = match view.is_parallel() {
+            true => view.world_direction(DVec3::NEG_Z),
+            false => there - view.camera().position,
+        };
+        let t = normal.dot(fragments.position[i] - there) / normal.dot(along);
+        Some(there + along * t).filter(|point| point.is_finite())
     }
 
     /// The point of the screen for two numbers in [0, 1).

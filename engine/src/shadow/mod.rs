@@ -104,7 +104,8 @@ impl Patches {
                 }
             }
         }
-        seen.sort_unstable_by_key(|seen| (seen.face, seen.tile, seen.k));
+        let key = |seen: &Seen| (seen.face, seen.tile, seen.k);
+        seen.sort_unstable_by(|a, b| key(a).cmp(&key(b)).then(a.from.total_cmp(&b.from)));
         Patches(seen)
     }
 
@@ -272,23 +273,29 @@ impl Work<'_> {
                 if !patch.volume(casters, piece, sides) {
                     return;
                 }
-                for seen in spans {
-                    let y = image.y(seen.k);
-                    let Some((start, end)) = interval(sides, y, seen) else { continue };
-                    let dark = &mut dark[(seen.k - first) as usize];
-                    // What differs from place to place is taken pixel by pixel.
-                    let differs = casters.pieces()[piece].opacity.is_nan();
-                    let mut start = start;
-                    while start.x < end.x {
-                        let next = if differs { start.x.floor() + 1.0 } else { f64::INFINITY };
-                        let end = if next < end.x { End { x: next, slope: 0.0 } } else { end };
-                        let middle = (start.x + end.x) / 2.0;
-                        let opacity = patch.opacity(surfaces, casters, piece, middle, y);
-                        if opacity > 0.0 {
-                            let (face, through) = (seen.face, 1.0 - opacity);
-                            dark.push(Dark { face, start, end, through });
+                // What differs from place to place is taken pixel by pixel.
+                let differs = casters.pieces()[piece].opacity.is_nan();
+                for line in spans.chunk_by(|a, b| a.k == b.k) {
+                    let (y, dark) = (image.y(line[0].k), &mut dark[(line[0].k - first) as usize]);
+                    let whole = line[0].from..line[line.len() - 1].to;
+                    let Some((low, high)) = interval(sides, y, whole) else { continue };
+                    // Of the parts that the face is seen in, those that the volume meets.
+                    let met = line.partition_point(|seen| seen.to <= low.x);
+                    for seen in line[met..].iter().take_while(|seen| seen.from < high.x) {
+                        let bound = |x| End { x, slope: 0.0 };
+                        let mut start = if low.x > seen.from { low } else { bound(seen.from) };
+                        let last = if high.x < seen.to { high } else { bound(seen.to) };
+                        while start.x < last.x {
+                            let next = if differs { start.x.floor() + 1.0 } else { f64::INFINITY };
+                            let end = if next < last.x { bound(next) } else { last };
+                            let middle = (start.x + end.x) / 2.0;
+                            let opacity = patch.opacity(surfaces, casters, piece, middle, y);
+                            if opacity > 0.0 {
+                                let (face, through) = (seen.face, 1.0 - opacity);
+                                dark.push(Dark { face, start, end, through });
+                            }
+                            start = end;
                         }
-                        start = end;
                     }
                 }
             };
@@ -501,11 +508,11 @@ impl Patch<'_> {
     }
 }
 
-/// The part of a span inside all sides.
+/// The part of a line inside all sides.
 #[inline]
-fn interval(sides: &[Side], y: f64, seen: &Seen) -> Option<(End, End)> {
-    let mut start = End { x: seen.from, slope: 0.0 };
-    let mut end = End { x: seen.to, slope: 0.0 };
+fn interval(sides: &[Side], y: f64, within: Range<f64>) -> Option<(End, End)> {
+    let mut start = End { x: within.start, slope: 0.0 };
+    let mut end = End { x: within.end, slope: 0.0 };
     for Plane { a, b, c } in sides {
         let rest = b * y + c;
         if *a > 0.0 {

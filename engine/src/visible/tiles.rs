@@ -139,15 +139,20 @@ impl<'a> Solver<'a> {
                 continue;
             }
             let candidate = Candidate::new(self.frame, entry.face);
+            let on_line = self.on_lines(band, &candidate);
             if candidate.face.is_monotone {
-                let (on_line, reach) = self.monotone(band, &candidate);
-                self.insert(band, &candidate, &on_line, &reach);
+                let reach = self.monotone(band, &candidate, &on_line);
+                let one = |lane: usize| reach.start[lane]..reach.end[lane];
+                let segments: [Range<u32>; LANES] = std::array::from_fn(one);
+                self.insert(
+                    band,
+                    &candidate,
+                    &on_line,
+                    segments.each_ref().map(std::slice::from_ref),
+                );
             } else {
-                for (lane, segment, on_line) in self.segments(band, &candidate) {
-                    let mut reach = Reach { start: [u32::MAX; LANES], end: [0; LANES] };
-                    (reach.start[lane], reach.end[lane]) = (segment.start, segment.end);
-                    self.insert(band, &candidate, &[on_line; LANES], &reach);
-                }
+                let segments = self.segments(band, &candidate, &on_line);
+                self.insert(band, &candidate, &on_line, segments.each_ref().map(Vec::as_slice));
             }
         }
         self.entries = entries;
@@ -171,15 +176,18 @@ impl<'a> Solver<'a> {
         for entry in faces.iter().filter(|entry| !self.is_hidden(entry)) {
             let candidate = Candidate::new(self.frame, entry.face);
             let face = entry.face;
+            let on_line = self.on_lines(band, &candidate);
             if candidate.face.is_monotone {
-                let (_, reach) = self.monotone(band, &candidate);
+                let reach = self.monotone(band, &candidate, &on_line);
                 for lane in (0..band.count).filter(|lane| reach.start[*lane] < reach.end[*lane]) {
                     let (start, end) = (reach.start[lane], reach.end[lane]);
                     segments[lane].push(Segment { start, face, end });
                 }
             } else {
-                for (lane, Range { start, end }, _) in self.segments(band, &candidate) {
-                    segments[lane].push(Segment { start, face, end });
+                let found = self.segments(band, &candidate, &on_line);
+                for (segments, found) in segments.iter_mut().zip(found) {
+                    let segment = |Range { start, end }| Segment { start, face, end };
+                    segments.extend(found.into_iter().map(segment));
                 }
             }
         }
@@ -209,14 +217,18 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Where a face with one segment to a line is seen if nothing hides it, all lines at once.
-    fn monotone(&self, band: &Band, candidate: &Candidate<'_>) -> ([OnLine; LANES], Reach) {
-        let ring = candidate.table.outline(candidate.face);
-        let mut reach = band::reach(ring, band, self.raster);
-        let on_line: [OnLine; LANES] = std::array::from_fn(|lane| {
+    /// A face on each line of a band.
+    fn on_lines(&self, band: &Band, candidate: &Candidate<'_>) -> [OnLine; LANES] {
+        std::array::from_fn(|lane| {
             let y = if band.y[lane].is_finite() { band.y[lane] } else { 0.0 };
             OnLine::new(&candidate.face.plane, candidate.face.rank, candidate.id, y, self.raster)
-        });
+        })
+    }
+
+    /// Where a face with one segment to a line is seen if nothing hides it, all lines at once.
+    fn monotone(&self, band: &Band, candidate: &Candidate<'_>, on_line: &[OnLine; LANES]) -> Reach {
+        let ring = candidate.table.outline(candidate.face);
+        let mut reach = band::reach(ring, band, self.raster);
         if !self.limits.are_open() {
             for (lane, face) in on_line.iter().enumerate() {
                 let segment = reach.start[lane]..reach.end[lane];
@@ -226,39 +238,51 @@ impl<'a> Solver<'a> {
                 }
             }
         }
-        (on_line, reach)
+        reach
     }
 
-    /// The same for a concave face, one with holes, a seal or a drawn edge: line by line, segment by
-    /// segment.
-    fn segments(&self, band: &Band, candidate: &Candidate<'_>) -> Vec<(usize, Range<u32>, OnLine)> {
-        let Candidate { face, table, id } = candidate;
-        let mut found = Vec::new();
-        for (lane, y) in band.y.into_iter().enumerate().filter(|(_, y)| y.is_finite()) {
-            let on_line = OnLine::new(&face.plane, face.rank, *id, y, self.raster);
-            for segment in band::segments(table, face, y, self.raster) {
-                let seen = self.limits.cut(segment, &on_line, y, self.raster);
-                if !seen.is_empty() {
-                    found.push((lane, seen, on_line));
-                }
+    /// The same for a concave face, one with holes, a seal or a drawn edge: by line, all of its segments from
+    /// left to right.
+    fn segments(
+        &self,
+        band: &Band,
+        candidate: &Candidate<'_>,
+        on_line: &[OnLine; LANES],
+    ) -> [Vec<Range<u32>>; LANES] {
+        let Candidate { face, table, .. } = candidate;
+        std::array::from_fn(|lane| {
+            let y = band.y[lane];
+            if !y.is_finite() {
+                return Vec::new();
             }
-        }
-        found
+            let mut segments = band::segments(table, face, y, self.raster);
+            if !self.limits.are_open() {
+                let cut = |segment: &mut Range<u32>| {
+                    *segment = self.limits.cut(segment.clone(), &on_line[lane], y, self.raster);
+                };
+                segments.iter_mut().for_each(cut);
+                segments.retain(|segment| !segment.is_empty());
+            }
+            segments
+        })
     }
 
+    /// Inserts a face with its segments, by line.
     fn insert(
         &mut self,
         band: &Band,
         candidate: &Candidate<'_>,
         on_line: &[OnLine; LANES],
-        reach: &Reach,
+        segments: [&[Range<u32>]; LANES],
     ) {
         let mut start = u32::MAX;
         let mut end = 0;
-        for lane in 0..LANES {
-            if reach.start[lane] < reach.end[lane] {
-                start = start.min(reach.start[lane]);
-                end = end.max(reach.end[lane]);
+        for of_line in segments {
+            if let (Some(first), Some(last)) = (of_line.first(), of_line.last())
+                && first.start < last.end
+            {
+                start = start.min(first.start);
+                end = end.max(last.end);
             }
         }
         if start >= end {
@@ -274,12 +298,15 @@ impl<'a> Solver<'a> {
             }
             let tile = &mut self.tiles[number as usize];
             for (lane, new) in on_line.iter().enumerate().take(band.count) {
-                let segment = reach.start[lane].max(cells.start)..reach.end[lane].min(cells.end);
-                if !segment.is_empty() {
-                    let line = &mut tile.lines[lane];
-                    let changed = insert_line(line, &mut self.scratch, &cells, segment, new);
-                    tile.changes += u32::from(changed);
+                let mut inside = segments[lane];
+                if inside.len() > 1 {
+                    let from = inside.partition_point(|segment| segment.end <= cells.start);
+                    let to = inside.partition_point(|segment| segment.start < cells.end);
+                    inside = &inside[from..to.max(from)];
                 }
+                let line = &mut tile.lines[lane];
+                let changed = insert_line(line, &mut self.scratch, &cells, inside, new);
+                tile.changes += u32::from(changed);
             }
             if tile.changes >= STALE {
                 self.bounds[number as usize] = farthest(band, tile, &cells, self.raster);
@@ -309,19 +336,23 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// Inserts a segment into a tile's line; returns whether anything changed.
+/// Inserts a face's segments, from left to right, into a tile's line; returns whether anything changed.
 #[inline(always)]
 fn insert_line(
     line: &mut Vec<Seen>,
     scratch: &mut Vec<Seen>,
     tile: &Range<u32>,
-    segment: Range<u32>,
+    segments: &[Range<u32>],
     new: &OnLine,
 ) -> bool {
-    // What is hidden all along, most of what comes, changes nothing and copies nothing.
-    let mut i = 0;
+    let within = |at: usize| {
+        segments.get(at).map(|s: &Range<u32>| s.start.max(tile.start)..s.end.min(tile.end))
+    };
     let end_of = |line: &[Seen], i: usize| line.get(i + 1).map_or(tile.end, |next| next.x);
+    // What is hidden all along, most of what comes, changes nothing and copies nothing.
+    let (mut i, mut at) = (0, 0);
     loop {
+        let Some(segment) = within(at) else { return false };
         let (old, end) = (line[i], end_of(line, i));
         let shared = old.x.max(segment.start)..end.min(segment.end);
         if !shared.is_empty() {
@@ -334,35 +365,48 @@ fn insert_line(
             }
         }
         if end >= segment.end {
-            return false;
+            at += 1;
+        } else {
+            i += 1;
         }
-        i += 1;
     }
     scratch.clear();
     scratch.extend_from_slice(&line[..i]);
     for i in i..line.len() {
         let (old, end) = (line[i], end_of(line, i));
-        let shared = old.x.max(segment.start)..end.min(segment.end);
-        if shared.is_empty() {
-            push(scratch, old.x, &old.on_line);
-            continue;
-        }
-        if old.x < shared.start {
-            push(scratch, old.x, &old.on_line);
-        }
-        if old.is_background() {
-            push(scratch, shared.start, new);
-        } else {
-            let division = new.divide(&old.on_line, shared.clone());
-            let (left, right) =
-                if division.first_wins_left { (new, &old.on_line) } else { (&old.on_line, new) };
-            push(scratch, shared.start, left);
-            if division.boundary < shared.end {
-                push(scratch, division.boundary, right);
+        let mut x = old.x;
+        // Segments before this span were passed; one may reach beyond it.
+        while let Some(segment) = within(at).filter(|segment| segment.start < end) {
+            let shared = old.x.max(segment.start)..end.min(segment.end);
+            if shared.is_empty() {
+                at += 1;
+                continue;
             }
+            if x < shared.start {
+                push(scratch, x, &old.on_line);
+            }
+            if old.is_background() {
+                push(scratch, shared.start, new);
+            } else {
+                let division = new.divide(&old.on_line, shared.clone());
+                let (left, right) = if division.first_wins_left {
+                    (new, &old.on_line)
+                } else {
+                    (&old.on_line, new)
+                };
+                push(scratch, shared.start, left);
+                if division.boundary < shared.end {
+                    push(scratch, division.boundary, right);
+                }
+            }
+            x = shared.end;
+            if segment.end > end {
+                break;
+            }
+            at += 1;
         }
-        if shared.end < end {
-            push(scratch, shared.end, &old.on_line);
+        if x < end {
+            push(scratch, x, &old.on_line);
         }
     }
     std::mem::swap(line, scratch);

@@ -21,6 +21,7 @@ use super::{Lamp, Light};
 use crate::color::Color;
 use crate::error::Error;
 use crate::fragment::Environment;
+use crate::math;
 
 /// What is wrong with a light, and in which of its fields.
 #[derive(Debug)]
@@ -171,7 +172,10 @@ fn unit(field: &'static str, direction: DVec3) -> Result<DVec3> {
 }
 
 fn place(field: &'static str, point: DVec3) -> Result<DVec3> {
-    if point.is_finite() { Ok(point) } else { Err(Fault::new(field, "must be finite")) }
+    if math::is_within_reach(point) {
+        return Ok(point);
+    }
+    Err(Fault::new(field, format!("must be finite and within {:e} m", math::REACH)))
 }
 
 fn lamp(name: &str, on: bool, strength: Color, light: impl Light + 'static) -> Lamp {
