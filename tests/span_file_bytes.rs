@@ -246,10 +246,7 @@ fn any_program_can_write_one() {
     let path = folder.path().join("a.span");
     let image = try_read(&path, &bytes).unwrap();
     let result = picture(&image, &[Channel::Color, Channel::Z]);
-    let channel = |name: &str| match result.channel(name).unwrap() {
-        spandrel_engine::image::Samples::Float(values) => values.clone(),
-        spandrel_engine::image::Samples::Id(_) => unreachable!(),
-    };
+    let channel = |name: &str| result.float(name).unwrap().to_vec();
     let (red, green, z) = (channel("R"), channel("G"), channel("Z"));
     assert_eq!(red[..8], [0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0]);
     assert_eq!(red[8..], [0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);

@@ -14,6 +14,9 @@ use std::path::PathBuf;
 pub(crate) struct Args {
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// Refuse pictures that take more than this when they are decoded, such as 8G. Default: a quarter of the memory.
+    #[arg(long, value_name = "BYTES", value_parser = bytes, global = true)]
+    pub(crate) largest_picture: Option<usize>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -113,7 +116,7 @@ pub(crate) struct Nodes {
 /// Says what is in a file, and what is wrong with it.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Info {
-    /// A scene of any format, a graph, a .span file, or a lamp's photometry (.ies, .ldt).
+    /// A scene of any format, a graph, a .span file, a picture, or a lamp's photometry (.ies, .ldt).
     pub(crate) file: PathBuf,
     /// Draws a lamp's intensities to this .svg.
     #[arg(short = 'o', long = "output", value_name = "FILE")]

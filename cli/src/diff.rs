@@ -1,6 +1,5 @@
 //! `spandrel diff`.
 
-use spandrel_engine::image::file;
 use spandrel_engine::span_file::{self, SpanFile};
 use spandrel_engine::{Error, Result};
 use std::fmt::Write;
@@ -62,7 +61,7 @@ fn spans(args: &Diff) -> Result<bool> {
 }
 
 fn pictures(args: &Diff) -> Result<bool> {
-    let (a, b) = (file::read(&args.a)?, file::read(&args.b)?);
+    let (a, b) = (difference::read(&args.a)?, difference::read(&args.b)?);
     let mut out = format!(
         "{:<10}  {:>10}  {:>10}  {:>10}  {:>8}\n",
         "channel", "rmse", "99.9 %", "greatest", "> 1/255"

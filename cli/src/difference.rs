@@ -1,7 +1,9 @@
 //! How far one picture is from another.
 
+use spandrel_engine::image::file;
 use spandrel_engine::image::{Image, Samples};
 use spandrel_engine::{Error, Result};
+use std::path::Path;
 
 /// A step of 8 bits.
 const STEP: f32 = 1.0 / 255.0;
@@ -40,6 +42,15 @@ impl Difference {
     }
 }
 
+/// Reads a picture; a colour without alpha is opaque.
+pub(crate) fn read(path: &Path) -> Result<Image> {
+    let mut image = file::read(path)?;
+    if image.channel("R").is_some() && image.channel("A").is_none() {
+        image.insert("A", Samples::Float(vec![1.0; image.window.area()]))?;
+    }
+    Ok(image)
+}
+
 /// The difference of the colours (R, G, B, A) of two pictures.
 pub(crate) fn of_colors(a: &Image, b: &Image) -> Result<Difference> {
     let mut all = Vec::new();
@@ -67,18 +78,18 @@ fn of_channel(a: &Image, b: &Image, name: &str) -> Result<Option<Vec<f32>>> {
         let message = format!("pictures of {} and of {} pixels", size(a), size(b));
         return Err(Error::invalid(message));
     }
-    Ok(match (a.channel(name), b.channel(name)) {
-        (Some(Samples::Float(a)), Some(Samples::Float(b))) => {
+    Ok(match a.channel(name).zip(b.channel(name)) {
+        Some((Samples::Id(a), Samples::Id(b))) => {
+            Some(a.iter().zip(b).map(|(a, b)| f32::from(u8::from(a != b))).collect())
+        }
+        Some((a, b)) => a.floats().zip(b.floats()).map(|(a, b)| {
             let apart = |(a, b): (&f32, &f32)| match (a - b).abs() {
                 _ if a == b || (a.is_nan() && b.is_nan()) => 0.0,
                 d if d.is_finite() => d,
                 _ => 1.0,
             };
-            Some(a.iter().zip(b).map(apart).collect())
-        }
-        (Some(Samples::Id(a)), Some(Samples::Id(b))) => {
-            Some(a.iter().zip(b).map(|(a, b)| f32::from(u8::from(a != b))).collect())
-        }
-        _ => None,
+            a.iter().zip(b).map(apart).collect()
+        }),
+        None => None,
     })
 }

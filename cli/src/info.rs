@@ -14,7 +14,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use crate::args::Info;
-use crate::{exit, lamp, print};
+use crate::{exit, lamp, picture, print};
 
 pub(crate) fn run(args: &Info) -> u8 {
     let is_graph = args.file.extension().is_some_and(|e| e == "ron")
@@ -27,6 +27,7 @@ pub(crate) fn run(args: &Info) -> u8 {
         }
         (true, ..) => graph(&args.file),
         (_, true, _) => spans(&args.file),
+        _ if picture::is_picture(&args.file) => picture::info(&args.file),
         _ => scene(&args.file),
     };
     match info {

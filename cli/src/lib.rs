@@ -20,6 +20,7 @@ mod lamp;
 mod measure;
 mod merge;
 mod nodes;
+mod picture;
 mod print;
 mod progress;
 mod render;
@@ -53,6 +54,9 @@ pub fn run(registry: Registry) -> ExitCode {
         spandrel_engine::output::abandon();
         std::process::exit(130);
     });
+    if let Some(bytes) = args.largest_picture {
+        spandrel_engine::image::file::set_largest(bytes as u64);
+    }
     let code = match args.command {
         Command::Render(args) => render::run(&registry, &args),
         Command::Check(args) => check::run(&registry, &args),

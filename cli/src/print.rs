@@ -2,6 +2,7 @@
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use spandrel_engine::graph::{Diagnostic, Severity};
+pub(crate) use spandrel_engine::text::bytes;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
@@ -27,6 +28,13 @@ pub(crate) fn warning(message: impl std::fmt::Display) {
     let styled = std::io::stderr().is_terminal();
     let (bold, end) = if styled { ("\x1b[1;33m", "\x1b[0m") } else { ("", "") };
     err(&format!("{bold}warning{end}: {message}"));
+}
+
+/// Prints a note in one line.
+pub(crate) fn note(message: impl std::fmt::Display) {
+    let styled = std::io::stderr().is_terminal();
+    let (bold, end) = if styled { ("\x1b[1;36m", "\x1b[0m") } else { ("", "") };
+    err(&format!("{bold}note{end}: {message}"));
 }
 
 /// Prints diagnostics with the lines that they blame, underlined.
@@ -74,17 +82,6 @@ pub(crate) fn grouped(number: u64) -> String {
         out.push(digit);
     }
     out
-}
-
-/// A number of bytes in a unit that suits it.
-pub(crate) fn bytes(count: u64) -> String {
-    let count = count as f64;
-    match count {
-        c if c < 1e3 => format!("{c} B"),
-        c if c < 1e6 => format!("{:.1} kB", c / 1e3),
-        c if c < 1e9 => format!("{:.1} MB", c / 1e6),
-        c => format!("{:.2} GB", c / 1e9),
-    }
 }
 
 /// A time in a unit that suits it.

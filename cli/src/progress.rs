@@ -77,6 +77,12 @@ impl Progress for Shown {
         self.with_busy(|busy| busy.push(node.to_owned()));
     }
 
+    fn noted(&self, node: &str, message: &str) {
+        if self.detail != Detail::Quiet {
+            self.bar.suspend(|| print::note(format!("node \"{node}\": {message}")));
+        }
+    }
+
     fn warned(&self, node: &str, message: &str) {
         if self.detail != Detail::Quiet {
             self.bar.suspend(|| print::warning(format!("node \"{node}\": {message}")));

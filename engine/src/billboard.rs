@@ -12,8 +12,8 @@ use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, FirstError, Result};
 use crate::fragment::{Columns, Fragments, Meeting, Surfaces};
-use crate::image::Image;
-use crate::image::texels::{Samples, Texels};
+use crate::image::texels::Texels;
+use crate::image::{Coded, Codes, Coding, Image, Layout};
 use crate::key::KeyHasher;
 use crate::math;
 use crate::polygon;
@@ -64,9 +64,10 @@ impl Subject {
     /// The subject of a picture: all that is not transparent.
     ///
     /// # Errors
-    /// If the picture is not whole, or nothing is in it.
+    /// If nothing is in the picture.
     pub fn new(image: &Arc<Image>) -> Result<Subject> {
         let (source, is_opaque) = Source::of(image)?;
+        let image = image.whole();
         let (width, height) = image.size;
         let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
         let there: Vec<f32> = image.pixels().map(|[.., a]| a.max(0.0)).collect();
@@ -91,9 +92,11 @@ impl Subject {
             }
         }
         let (w, h) = (f64::from(width), f64::from(height));
-        let byte = |alpha: &f32| [0, 0, 0, (alpha.clamp(0.0, 1.0) * 255.0).round() as u8];
-        let samples = Samples::Bytes(there.iter().map(byte).collect());
-        let alphas = pyramid(Texels { size: image.size, samples }, Meaning::Numbers);
+        let byte = |alpha: &f32| [0, (alpha.clamp(0.0, 1.0) * 255.0).round() as u8];
+        let codes = Codes::Bytes(there.iter().flat_map(byte).collect());
+        let coding = Coding::srgb();
+        let coded = Coded { size: image.size, layout: Layout::GreyAlpha, codes, coding };
+        let alphas = pyramid(Texels::coded(coded), Meaning::Numbers);
         Ok(Subject {
             alphas,
             is_opaque,

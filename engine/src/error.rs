@@ -93,6 +93,15 @@ impl Error {
         Error::Invalid(message.into())
     }
 
+    /// What is wrong, without the place.
+    pub fn message(&self) -> String {
+        match self {
+            Error::Malformed { message, .. } | Error::Output { message, .. } => message.clone(),
+            Error::File { source, .. } => source.to_string(),
+            other => other.to_string(),
+        }
+    }
+
     /// The file that is to blame, if one is.
     pub fn path(&self) -> Option<&Path> {
         match self {

@@ -8,7 +8,7 @@ mod report;
 
 use serde_json::Value as Json;
 use spandrel_engine::graph::Registry;
-use spandrel_engine::image::{Image, file};
+use spandrel_engine::image::Image;
 use spandrel_engine::{Error, Result, output};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -122,7 +122,7 @@ impl Runner<'_> {
         self.say(&format!("reference: {reference}"));
         let place = self.folder.join("reference.exr");
         self.run(&self.args.reference, &place)?;
-        let truth = file::read(&place)?;
+        let truth = difference::read(&place)?;
         let mut rows = Vec::new();
         let combinations = combinations(&self.args.vary);
         for (i, settings) in combinations.iter().enumerate() {
@@ -154,7 +154,7 @@ impl Runner<'_> {
         times.sort_by(f64::total_cmp);
         Ok(Measured {
             values: settings.iter().map(|setting| setting.value.clone()).collect(),
-            error: difference::of_colors(&file::read(&place)?, truth)?,
+            error: difference::of_colors(&difference::read(&place)?, truth)?,
             seconds: times[times.len() / 2],
             peak_bytes: runs.iter().filter_map(|ran| ran.peak_bytes).max(),
             span_bytes: runs.iter().map(|ran| ran.span_bytes).max().unwrap_or(0),

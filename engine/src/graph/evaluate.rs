@@ -46,7 +46,12 @@ impl Inputs<'_> {
         self.graph.directory()
     }
 
-    /// Tells the user of something doubtful.
+    /// Tells the user what was done that is worth knowing, such as that colours were converted.
+    pub fn note(&self, message: &str) {
+        self.progress.noted(self.node, message);
+    }
+
+    /// Tells the user of something doubtful, which is mostly a mistake.
     pub fn warn(&self, message: &str) {
         self.progress.warned(self.node, message);
     }
@@ -92,6 +97,8 @@ pub struct Report {
 pub trait Progress: Sync {
     /// A node begins.
     fn started(&self, _node: &str) {}
+    /// A node did something that is worth knowing.
+    fn noted(&self, _node: &str, _message: &str) {}
     /// A node found something doubtful.
     fn warned(&self, _node: &str, _message: &str) {}
     /// A node has ended.

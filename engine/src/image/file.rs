@@ -1,12 +1,22 @@
 //! Pictures as files.
+//!
+//! A picture is opened in one way, whatever it is for: by its first bytes, not by its name; with what decoding
+//! it will take known before anything is taken; and with every decoder behind a guard.
 
-use std::path::Path;
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::{Image, exr, hdr, png};
+use super::raster::{self, Raster};
+use super::texels::{Samples as Mapped, Texels};
+use super::{Image, Samples, Window, exr, is_layer_of_light, png};
 use crate::error::{Error, Result};
-use crate::output;
+use crate::{open, output, text};
 
-/// A picture format, by the ending of a file's name.
+pub use super::exr::{Layer, Layers, Select};
+
+/// A picture format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// `.png`: 8 or 16 bits, sRGB.
@@ -17,26 +27,102 @@ pub enum Format {
     Hdr,
     /// `.jpg` or `.jpeg`: 8 bits, sRGB; read only.
     Jpeg,
+    /// `.tif` or `.tiff`: 8 or 16 bits, sRGB, or float, scene-linear; read only.
+    Tiff,
+    /// `.webp`: 8 bits, sRGB; read only.
+    WebP,
+    /// `.bmp`: 8 bits, sRGB; read only.
+    Bmp,
+    /// `.tga`: 8 bits, sRGB; read only.
+    Tga,
 }
 
 impl Format {
-    /// The format of a path.
+    const ENDINGS: [(&str, Format); 11] = [
+        ("png", Format::Png),
+        ("exr", Format::Exr),
+        ("hdr", Format::Hdr),
+        ("pic", Format::Hdr),
+        ("jpg", Format::Jpeg),
+        ("jpeg", Format::Jpeg),
+        ("tif", Format::Tiff),
+        ("tiff", Format::Tiff),
+        ("webp", Format::WebP),
+        ("bmp", Format::Bmp),
+        ("tga", Format::Tga),
+    ];
+
+    /// The format that a path's ending says.
     ///
     /// # Errors
     /// If the ending is not known.
     pub fn of(path: &Path) -> Result<Format> {
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        match extension.to_ascii_lowercase().as_str() {
-            "png" => Ok(Format::Png),
-            "exr" => Ok(Format::Exr),
-            "hdr" => Ok(Format::Hdr),
-            "jpg" | "jpeg" => Ok(Format::Jpeg),
-            other => Err(Error::in_file(
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+        Format::by_ending(path).ok_or_else(|| {
+            let what = if ending.is_empty() {
+                "its name has no ending".to_owned()
+            } else {
+                format!("\".{ending}\" is no picture format")
+            };
+            Error::in_file(
                 path,
-                format!(
-                    "\".{other}\" is no picture format: use .png or .exr, or .jpg or .hdr for reading"
-                ),
-            )),
+                format!("{what}: use .png or .exr, or for reading .jpg, .hdr, .tif, .webp, .bmp or .tga too"),
+            )
+        })
+    }
+
+    fn by_ending(path: &Path) -> Option<Format> {
+        let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+        Format::ENDINGS.into_iter().find(|(known, _)| *known == ending).map(|(_, format)| format)
+    }
+
+    /// The format of a file by its first bytes; where they say nothing, by its ending.
+    ///
+    /// # Errors
+    /// If it is no picture that is read here, and what it is.
+    pub fn find(path: &Path, bytes: &[u8]) -> Result<Format> {
+        let kind = open::kind(bytes);
+        let known = match kind {
+            Some("a PNG picture") => Some(Format::Png),
+            Some("an OpenEXR picture") => Some(Format::Exr),
+            Some("a Radiance picture (.hdr)") => Some(Format::Hdr),
+            Some("a JPEG picture") => Some(Format::Jpeg),
+            Some("a TIFF picture" | "a BigTIFF picture") => Some(Format::Tiff),
+            Some("a WebP picture") => Some(Format::WebP),
+            Some("a BMP picture") => Some(Format::Bmp),
+            // Those have nothing at their start to know them by.
+            None => Format::by_ending(path).filter(|format| *format == Format::Tga),
+            Some(_) => None,
+        };
+        known.ok_or_else(|| {
+            let what = match (kind, Format::by_ending(path)) {
+                (Some(kind), _) => format!("it is {kind}, which is not read as a picture"),
+                (None, Some(format)) => {
+                    format!(
+                        "it does not begin as a {} does: it is damaged, or something else",
+                        format.name()
+                    )
+                }
+                (None, None) => "it is no picture that is known".to_owned(),
+            };
+            Error::in_file(
+                path,
+                format!("{what}: use .png, .jpg, .exr, .hdr, .tif, .webp, .bmp or .tga"),
+            )
+        })
+    }
+
+    /// What people call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Png => "PNG",
+            Format::Exr => "OpenEXR",
+            Format::Hdr => "Radiance",
+            Format::Jpeg => "JPEG",
+            Format::Tiff => "TIFF",
+            Format::WebP => "WebP",
+            Format::Bmp => "BMP",
+            Format::Tga => "TGA",
         }
     }
 
@@ -49,14 +135,21 @@ impl Format {
             Format::Png => [8, 16],
             Format::Exr => [16, 32],
             Format::Hdr => return Err(Error::invalid("HDR is only read here: write .exr")),
-            Format::Jpeg => return Err(Error::invalid("JPEG is only read here: write .png")),
+            other => {
+                let name = other.name();
+                return Err(Error::invalid(format!(
+                    "{name} is only read here: write .png or .exr"
+                )));
+            }
         };
         match asked {
             None => Ok(known[0]),
             Some(bits) if known.contains(&bits) => Ok(bits),
             Some(bits) => Err(Error::invalid(format!(
-                "{bits} bits: a {self:?} has {} or {} bits per sample",
-                known[0], known[1]
+                "{bits} bits: a {} has {} or {} bits per sample",
+                self.name(),
+                known[0],
+                known[1]
             ))),
         }
     }
@@ -68,22 +161,331 @@ impl Format {
 /// If the format is not known, does not have the bits, or the file cannot be written.
 pub fn write(image: &Image, path: &Path, bits: Option<u32>) -> Result<u64> {
     let format = Format::of(path)?;
-    let bits = format.bits(bits).map_err(|e| Error::output(path, e))?;
+    let depth = format.bits(bits).map_err(|e| Error::output(path, e))?;
     output::write(path, |out| match format {
-        Format::Png => png::write(image, bits, path, out),
-        Format::Exr | Format::Hdr | Format::Jpeg => exr::write(image, bits == 16, path, out),
+        Format::Png => png::write(image, depth, path, out),
+        _ => exr::write(image, bits, path, out),
     })
 }
 
-/// Reads a picture: PNG and JPEG as scene-linear colour with associated alpha, EXR and HDR as they are.
+static LARGEST: AtomicU64 = AtomicU64::new(0);
+
+/// The most bytes that a picture may take when it is decoded; a quarter of this machine's memory if nobody
+/// [said](set_largest) otherwise.
+pub fn largest() -> u64 {
+    match LARGEST.load(Ordering::Relaxed) {
+        0 => crate::machine::memory().map_or(4 << 30, |memory| memory / 4),
+        bytes => bytes,
+    }
+}
+
+/// Changes the most bytes that a picture may take when it is decoded.
+pub fn set_largest(bytes: u64) {
+    LARGEST.store(bytes.max(1), Ordering::Relaxed);
+}
+
+/// Whether a picture may be decoded.
 ///
 /// # Errors
-/// If the file cannot be read, is damaged, or is of another format.
+/// If it takes more bytes than a picture may.
+pub(super) fn check_largest(path: &Path, [width, height]: [u64; 2], bytes: u64) -> Result<()> {
+    let most = largest();
+    if bytes <= most {
+        return Ok(());
+    }
+    let (takes, most) = (text::bytes(bytes), text::bytes(most));
+    Err(Error::in_file(
+        path,
+        format!(
+            "{width} by {height} pixels take {takes} when they are decoded, and a picture may take \
+             {most}: make it smaller, or allow it more (--largest-picture)"
+        ),
+    ))
+}
+
+/// What becomes of samples that are not finite, in the colour of a picture that is read.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    serde::Serialize,
+    serde::Deserialize,
+    schemars::JsonSchema,
+)]
+pub enum NotFinite {
+    /// The picture is refused, with the pixel and the channel.
+    #[default]
+    Refuse,
+    /// They are 0.
+    Zero,
+    /// They are those of the nearest pixel that is finite.
+    Nearest,
+}
+
+/// A picture in its file: its format is known, and nothing is decoded.
+#[derive(Debug)]
+pub struct Encoded<'b> {
+    path: PathBuf,
+    bytes: Cow<'b, [u8]>,
+    /// The format.
+    pub format: Format,
+}
+
+/// What a picture's file says of it.
+#[derive(Clone, Debug)]
+pub struct Head {
+    /// The format.
+    pub format: Format,
+    /// Columns and rows of the whole.
+    pub size: (u32, u32),
+    /// What its samples are, such as "8 bits, red green blue".
+    pub samples: String,
+    /// The bytes that it takes when all of it is decoded.
+    pub bytes: u64,
+    /// The bytes that it takes as a map on a surface, with all of its smaller sizes.
+    pub mapped: u64,
+    /// Its layers, if it may have some.
+    pub layers: Option<Layers>,
+    /// What whoever uses it wants to know: its colour space, how it is held, what is left out.
+    pub notes: Vec<String>,
+}
+
+impl Encoded<'static> {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is empty, or no picture.
+    pub fn open(path: &Path) -> Result<Encoded<'static>> {
+        let bytes = open::bytes(path)?;
+        let format = Format::find(path, &bytes)?;
+        Ok(Encoded { path: path.to_owned(), bytes: bytes.into(), format })
+    }
+}
+
+impl<'b> Encoded<'b> {
+    /// A picture that another file holds; errors name that file.
+    ///
+    /// # Errors
+    /// If it is no picture.
+    pub fn of(path: &Path, bytes: &'b [u8]) -> Result<Encoded<'b>> {
+        let format = Format::find(path, bytes)?;
+        Ok(Encoded { path: path.to_owned(), bytes: bytes.into(), format })
+    }
+
+    fn guarded<T>(&self, run: impl FnOnce() -> Result<T>) -> Result<T> {
+        open::guarded(run).unwrap_or_else(|broke| {
+            Err(Error::in_file(
+                &self.path,
+                format!("not a sound {} file: {broke}", self.format.name()),
+            ))
+        })
+    }
+
+    /// What the file says of the picture.
+    ///
+    /// # Errors
+    /// If its head is damaged.
+    pub fn head(&self) -> Result<Head> {
+        let mut head = self.guarded(|| match self.format {
+            Format::Exr => exr::head(&self.path, &self.bytes),
+            format => raster::head(&self.path, &self.bytes, format),
+        })?;
+        head.notes.extend(self.misnamed());
+        Ok(head)
+    }
+
+    /// That a picture is of another format than its name says.
+    fn misnamed(&self) -> Option<String> {
+        let named = Format::by_ending(&self.path)?;
+        (named != self.format).then(|| {
+            format!(
+                "it is a {}, although its name ends as that of a {} does",
+                self.format.name(),
+                named.name()
+            )
+        })
+    }
+
+    /// The pixels of a picture that has no layers, and what is to be known of them; nothing for OpenEXR.
+    fn raster(&self, is_raw: bool) -> Result<Option<Raster>> {
+        match self.format {
+            Format::Exr => Ok(None),
+            format => {
+                self.guarded(|| raster::decode(&self.path, &self.bytes, format, is_raw)).map(Some)
+            }
+        }
+    }
+
+    /// The picture, and notes of what was done to it or left out: coded colours become scene-linear when they are asked
+    /// for, colours of other primaries become those of Rec. 709, what a camera held upright is upright. Without a word
+    /// of what is not finite, it stays.
+    ///
+    /// # Errors
+    /// If it is damaged or too large, does not have what is selected, or is not finite.
+    pub fn image(
+        &self,
+        select: &Select<'_>,
+        not_finite: Option<NotFinite>,
+    ) -> Result<(Image, Vec<String>)> {
+        let (mut image, mut notes) = match self.raster(false)? {
+            None => self.guarded(|| exr::read(&self.path, &self.bytes, select))?,
+            Some(raster) => {
+                select.check_absent(&self.path, self.format)?;
+                raster.into_image()?
+            }
+        };
+        notes.extend(self.misnamed());
+        if let Some(asked) = not_finite {
+            notes.extend(finite(&self.path, &mut image, asked)?);
+        }
+        Ok((image, notes))
+    }
+
+    /// The picture as it is mapped on surfaces. What is raw has its own pixels, whatever its file says of their colour
+    /// or of how they are held.
+    ///
+    /// # Errors
+    /// If it is damaged or too large, has no colour, or is not finite.
+    pub fn texels(&self, is_raw: bool) -> Result<Texels> {
+        if let Some(raster) = self.raster(is_raw)? {
+            let texels = raster.into_texels();
+            check_finite(&self.path, texels.size, texels.pixels())?;
+            return Ok(texels);
+        }
+        let (image, _) = self.image(&Select::color(), Some(NotFinite::Refuse))?;
+        let image = image.whole();
+        Ok(Texels { size: image.size, samples: Mapped::Linear(image.pixels().collect()) })
+    }
+}
+
+/// Reads a picture: its colour, and all else that it has, finite or not. What is coded becomes scene-linear with
+/// associated alpha.
+///
+/// # Errors
+/// If the file cannot be read, is damaged, or is no picture.
 pub fn read(path: &Path) -> Result<Image> {
-    match Format::of(path)? {
-        Format::Png => png::read(path, image::ImageFormat::Png),
-        Format::Jpeg => png::read(path, image::ImageFormat::Jpeg),
-        Format::Exr => exr::read(path),
-        Format::Hdr => hdr::read(path),
+    Ok(Encoded::open(path)?.image(&Select::all(), None)?.0)
+}
+
+fn check_finite(
+    path: &Path,
+    size: (u32, u32),
+    mut pixels: impl Iterator<Item = [f32; 4]>,
+) -> Result<()> {
+    let bad = pixels.position(|pixel| pixel.iter().any(|v| !v.is_finite()));
+    bad.map_or(Ok(()), |at| {
+        let (x, y) = (at as u32 % size.0, at as u32 / size.0);
+        Err(Error::in_file(path, format!("pixel {x}, {y} is not a finite number")))
+    })
+}
+
+/// Whether a channel is of the colour, or of a layer of light.
+pub(super) fn is_color(name: &str) -> bool {
+    let layer = name.rsplit_once('.').map_or("", |(layer, _)| layer);
+    matches!(name, "R" | "G" | "B" | "A") || is_layer_of_light(layer)
+}
+
+/// Does to colours that are not finite what is asked; returns a note of it.
+fn finite(path: &Path, image: &mut Image, asked: NotFinite) -> Result<Option<String>> {
+    let names: Vec<String> = image
+        .channels()
+        .filter(|(name, samples)| is_color(name) && samples.coded().is_none())
+        .map(|(name, _)| name.to_owned())
+        .collect();
+    let (width, window) = (image.window.width as usize, image.window);
+    let mut count = 0;
+    for name in names {
+        let Some(values) = image.float(&name) else { continue };
+        let Some(at) = values.iter().position(|v| !v.is_finite()) else { continue };
+        let (x, y) = (window.x as usize + at % width, window.y as usize + at / width);
+        match asked {
+            NotFinite::Refuse => {
+                let value = values[at];
+                return Err(Error::in_file(
+                    path,
+                    format!(
+                        "channel {name} of pixel {x}, {y} is {value}, not a finite number: mend the picture, or \
+                         read it with `not_finite: Zero` or `Nearest`"
+                    ),
+                ));
+            }
+            NotFinite::Zero => {
+                count += values.iter().filter(|v| !v.is_finite()).count();
+                let zeroed = values.iter().map(|v| if v.is_finite() { *v } else { 0.0 });
+                let zeroed = zeroed.collect();
+                image.insert(&name, Samples::Float(zeroed))?;
+            }
+            NotFinite::Nearest => {
+                count += values.iter().filter(|v| !v.is_finite()).count();
+                let filled = nearest(values, width);
+                image.insert(&name, Samples::Float(filled))?;
+            }
+        }
+    }
+    let become_words = if asked == NotFinite::Zero { "0" } else { "as the nearest that are" };
+    Ok((count > 0).then(|| format!("{count} samples that are not finite are {become_words}")))
+}
+
+/// The numbers, those that are not finite being those of the nearest that are, by steps to the sides.
+fn nearest(values: &[f32], width: usize) -> Vec<f32> {
+    let mut filled = values.to_vec();
+    let mut known: Vec<bool> = values.iter().map(|v| v.is_finite()).collect();
+    let mut edge: Vec<usize> = (0..values.len()).filter(|at| known[*at]).collect();
+    if edge.is_empty() {
+        return vec![0.0; values.len()];
+    }
+    let height = values.len() / width;
+    while !edge.is_empty() {
+        let mut next = Vec::new();
+        for at in edge {
+            let (x, y) = (at % width, at / width);
+            let beside = [
+                (x > 0).then(|| at - 1),
+                (x + 1 < width).then(|| at + 1),
+                (y > 0).then(|| at - width),
+                (y + 1 < height).then(|| at + width),
+            ];
+            for near in beside.into_iter().flatten() {
+                if !known[near] {
+                    known[near] = true;
+                    filled[near] = filled[at];
+                    next.push(near);
+                }
+            }
+        }
+        edge = next;
+    }
+    filled
+}
+
+impl Raster {
+    /// The picture, with notes.
+    fn into_image(self) -> Result<(Image, Vec<String>)> {
+        let size = self.texels.size;
+        let mut image = Image::new(size, Window::whole(size.0, size.1));
+        match self.texels.samples {
+            Mapped::Coded(coded) => {
+                let count = if coded.layout.has_alpha() { 4 } else { 3 };
+                let coded: Arc<_> = coded;
+                for (k, name) in ["R", "G", "B", "A"].into_iter().take(count).enumerate() {
+                    image.insert(name, Samples::of_coded(&coded, k))?;
+                }
+            }
+            Mapped::Linear(pixels) => {
+                let is_opaque = pixels.iter().all(|[.., a]| *a == 1.0);
+                let count = if is_opaque { 3 } else { 4 };
+                for (k, name) in ["R", "G", "B", "A"].into_iter().take(count).enumerate() {
+                    let values = pixels.iter().map(|pixel| pixel[k]).collect();
+                    image.insert(name, Samples::exact(values))?;
+                }
+            }
+        }
+        Ok((image, self.notes))
+    }
+
+    fn into_texels(self) -> Texels {
+        self.texels
     }
 }

@@ -3,15 +3,32 @@
 //! Colours are scene-linear with associated (premultiplied) alpha. Row 0 is the top. A picture knows the
 //! size of the whole, its *display window*, and may hold only a part of it, its *data window*.
 
+mod coded;
+mod coding;
 mod exr;
 pub mod file;
 mod hdr;
 mod png;
+mod raster;
+mod samples;
+
 pub mod texels;
+mod tiff;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::error::{Error, Result};
+
+pub use coded::{Coded, Codes, Layout};
+pub use coding::Coding;
+pub use exr::Attributes;
+pub use samples::{FromFile, Samples};
+
+/// Whether a layer is what a light adds to the colour, or the rest: they sum to the colour.
+pub fn is_layer_of_light(layer: &str) -> bool {
+    layer == "rest" || (layer.starts_with("light_") && layer != "light_error")
+}
 
 /// A rectangle of pixels: left, top, width, height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
@@ -62,15 +79,6 @@ impl std::fmt::Display for Window {
     }
 }
 
-/// The samples of a channel, row by row over the data window.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Samples {
-    /// Numbers.
-    Float(Vec<f32>),
-    /// Names: they are never mixed.
-    Id(Vec<u32>),
-}
-
 /// A picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
@@ -85,13 +93,15 @@ pub struct Image {
     pub how: Option<String>,
     /// What was done to make it, counted.
     pub counts: BTreeMap<&'static str, u64>,
+    /// What the OpenEXR file that it was read from says of it: it is written again.
+    pub attributes: Option<Arc<Attributes>>,
 }
 
 impl Image {
     /// A picture without channels.
     pub fn new(size: (u32, u32), window: Window) -> Image {
-        let (channels, names, how, counts) = Default::default();
-        Image { size, window, channels, names, how, counts }
+        let (channels, names, how, counts, attributes) = Default::default();
+        Image { size, window, channels, names, how, counts, attributes }
     }
 
     /// Adds or replaces a channel.
@@ -99,13 +109,10 @@ impl Image {
     /// # Errors
     /// If it has not one sample for every pixel of the data window.
     pub fn insert(&mut self, name: &str, samples: Samples) -> Result<()> {
-        let len = match &samples {
-            Samples::Float(values) => values.len(),
-            Samples::Id(values) => values.len(),
-        };
-        if len != self.window.area() {
+        if samples.len() != self.window.area() {
             return Err(Error::invalid(format!(
-                "channel {name} has {len} samples for {} pixels",
+                "channel {name} has {} samples for {} pixels",
+                samples.len(),
                 self.window.area()
             )));
         }
@@ -118,12 +125,28 @@ impl Image {
         self.channels.get(name)
     }
 
-    /// A channel of numbers by its name.
+    /// Takes a channel out.
+    pub fn remove(&mut self, name: &str) -> Option<Samples> {
+        self.channels.remove(name)
+    }
+
+    /// A channel of numbers by its name. What is kept as a file has it is decoded, once; [`pixels`](Image::pixels)
+    /// goes through a picture without that.
     pub fn float(&self, name: &str) -> Option<&[f32]> {
-        match self.channels.get(name)? {
-            Samples::Float(values) => Some(values),
-            Samples::Id(_) => None,
-        }
+        self.channels.get(name)?.floats()
+    }
+
+    /// The pixels of the file that the picture was read from, if they are its colour and have 8 or 16 bits.
+    pub fn coded(&self) -> Option<&Arc<Coded>> {
+        let (coded, _) = self.channels.get("R")?.coded()?;
+        let names =
+            ["R", "G", "B", "A"].into_iter().take(3 + usize::from(coded.layout.has_alpha()));
+        let is_of_it = |(k, name): (usize, &str)| {
+            let own = self.channels.get(name).and_then(Samples::coded);
+            own.is_some_and(|(other, channel)| Arc::ptr_eq(other, coded) && channel == k)
+        };
+        let has_other_alpha = !coded.layout.has_alpha() && self.channels.contains_key("A");
+        (!has_other_alpha && names.enumerate().all(is_of_it)).then_some(coded)
     }
 
     /// All channels by name.
@@ -136,7 +159,7 @@ impl Image {
     pub fn rgba(&self, x: u32, y: u32) -> [f32; 4] {
         let at = y as usize * self.window.width as usize + x as usize;
         let value = |name: &str, absent: f32| {
-            self.float(name).and_then(|values| values.get(at)).copied().unwrap_or(absent)
+            self.channels.get(name).and_then(|samples| samples.number(at)).unwrap_or(absent)
         };
         [value("R", 0.0), value("G", 0.0), value("B", 0.0), value("A", 1.0)]
     }
@@ -144,11 +167,52 @@ impl Image {
     /// Red, green, blue and alpha of all pixels of the data window, row by row, as [`rgba`](Image::rgba)
     /// has them.
     pub fn pixels(&self) -> impl Iterator<Item = [f32; 4]> + '_ {
-        let channels = ["R", "G", "B", "A"].map(|name| self.float(name));
-        (0..self.window.area()).map(move |at| {
-            let [r, g, b, a] = channels.map(|values| values.map(|values| values[at]));
+        self.pixels_of(0..self.window.height)
+    }
+
+    /// The same of some rows of the data window, counted from its top.
+    pub fn pixels_of(&self, rows: std::ops::Range<u32>) -> impl Iterator<Item = [f32; 4]> + '_ {
+        let coded = self.coded();
+        let channels = ["R", "G", "B", "A"].map(|name| self.channels.get(name));
+        let width = self.window.width as usize;
+        (rows.start as usize * width..rows.end as usize * width).map(move |at| {
+            if let Some(coded) = coded {
+                return coded.linear(at);
+            }
+            let [r, g, b, a] = channels.map(|samples| samples.and_then(|all| all.number(at)));
             [r.unwrap_or(0.0), g.unwrap_or(0.0), b.unwrap_or(0.0), a.unwrap_or(1.0)]
         })
+    }
+
+    /// The picture with all its pixels: where it holds none, they are 0 and transparent.
+    #[must_use]
+    pub fn whole(&self) -> Image {
+        self.laid(Window::whole(self.size.0, self.size.1))
+    }
+
+    /// The picture over another window: where it holds nothing, it is 0 and transparent.
+    #[must_use]
+    pub fn laid(&self, window: Window) -> Image {
+        if self.window == window {
+            return self.clone();
+        }
+        let mut laid = Image { channels: BTreeMap::new(), window, ..self.clone() };
+        // From a place in the window to that in what is held.
+        let place = |at: usize| {
+            let (x, y) = (window.x + at as u32 % window.width, window.y + at as u32 / window.width);
+            let (x, y) = (x.checked_sub(self.window.x)?, y.checked_sub(self.window.y)?);
+            let is_there = x < self.window.width && y < self.window.height;
+            is_there.then(|| y as usize * self.window.width as usize + x as usize)
+        };
+        let places: Vec<Option<usize>> = (0..window.area()).map(place).collect();
+        for (name, samples) in &self.channels {
+            laid.channels.insert(name.clone(), samples.moved(&places));
+        }
+        if self.channels.contains_key("R") && !self.channels.contains_key("A") {
+            let alpha = places.iter().map(|place| f32::from(u8::from(place.is_some()))).collect();
+            laid.channels.insert("A".to_owned(), Samples::Float(alpha));
+        }
+        laid
     }
 
     /// The part of the picture in a window.
@@ -159,26 +223,22 @@ impl Image {
         let right = (window.x + window.width).min(self.window.x + self.window.width).max(left);
         let bottom = (window.y + window.height).min(self.window.y + self.window.height).max(top);
         part.window = Window { x: left, y: top, width: right - left, height: bottom - top };
-        fn cut<T: Copy>(all: &[T], from: Window, part: Window) -> Vec<T> {
-            let row = |y: u32| {
-                let start = (part.y - from.y + y) as usize * from.width as usize;
-                let start = start + (part.x - from.x) as usize;
-                &all[start..start + part.width as usize]
-            };
-            (0..part.height).flat_map(row).copied().collect()
-        }
+        let window = Window {
+            x: part.window.x.saturating_sub(self.window.x),
+            y: part.window.y.saturating_sub(self.window.y),
+            ..part.window
+        };
+        let of = (self.window.width, self.window.height);
+        let mut cut: Vec<(*const Coded, Arc<Coded>)> = Vec::new();
         for (name, samples) in &self.channels {
-            let samples = match samples {
-                Samples::Float(all) => Samples::Float(cut(all, self.window, part.window)),
-                Samples::Id(all) => Samples::Id(cut(all, self.window, part.window)),
-            };
-            part.channels.insert(name.clone(), samples);
+            part.channels.insert(name.clone(), samples.cropped(of, window, &mut cut));
         }
         part
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.channels.len() * self.window.area() * 4
+        let coded = self.coded().map_or(0, |coded| coded.bytes());
+        coded + self.channels.values().map(Samples::bytes).sum::<usize>()
     }
 }

@@ -1,6 +1,6 @@
 use rayon::prelude::*;
 
-use super::with_pixels;
+use super::{Lights, with_pixels};
 use crate::error::Result;
 use crate::image::Image;
 use crate::math;
@@ -23,7 +23,21 @@ pub fn blur(image: &Image, deviation: f64) -> Result<Image> {
     let sum: f32 = weights.iter().sum();
     weights.iter_mut().for_each(|weight| *weight /= sum);
     let (width, height) = (image.window.width as usize, image.window.height as usize);
-    let pixels: Vec<[f32; 4]> = image.pixels().collect();
+    let spread = |pixels: &[[f32; 4]]| spread(pixels, width, height, &weights);
+    let mut blurred = with_pixels(image, spread(&image.pixels().collect::<Vec<_>>()).into_iter())?;
+    for name in Lights::of(image).names {
+        let layer: Vec<[f32; 4]> =
+            Lights::layer(image, &name).into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
+        let layer: Vec<[f32; 3]> =
+            spread(&layer).into_iter().map(|[r, g, b, _]| [r, g, b]).collect();
+        Lights::put(&mut blurred, &name, &layer)?;
+    }
+    Ok(blurred)
+}
+
+/// Pixels, each the mean of those around it by weights along rows and columns.
+fn spread(pixels: &[[f32; 4]], width: usize, height: usize, weights: &[f32]) -> Vec<[f32; 4]> {
+    let reach = (weights.len() / 2) as i64;
     let along = |count: usize, from: &(dyn Fn(usize) -> [f32; 4] + Sync), at: usize| {
         let mut sum = [0.0f32; 4];
         for (weight, k) in weights.iter().zip(-reach..) {
@@ -39,12 +53,11 @@ pub fn blur(image: &Image, deviation: f64) -> Result<Image> {
             along(width, &|x| pixels[y * width + x], x)
         })
         .collect();
-    let both: Vec<[f32; 4]> = (0..width * height)
+    (0..width * height)
         .into_par_iter()
         .map(|at| {
             let (x, y) = (at % width, at / width);
             along(height, &|y| rows[y * width + x], y)
         })
-        .collect();
-    with_pixels(image, both.into_iter())
+        .collect()
 }

@@ -1,7 +1,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::NAMES;
+use super::{Lights, NAMES, finite};
 use crate::error::{Error, Result};
 use crate::image::{Image, Samples};
 
@@ -37,8 +37,8 @@ impl Operator {
     }
 }
 
-/// Two pictures of one size put together. Where one holds nothing it is transparent. Other channels are those
-/// of the back.
+/// Two pictures of one size put together, with the layers of their lights. Where one holds nothing it is transparent.
+/// Other channels are those of the back.
 ///
 /// # Errors
 /// If their sizes differ.
@@ -53,28 +53,32 @@ pub fn composite(front: &Image, back: &Image, operator: Operator) -> Result<Imag
     if u64::from(window.width) * u64::from(window.height) > 1 << 28 {
         return Err(Error::invalid(format!("together they take {window}: more than 2^28 pixels")));
     }
-    let mut made = if window == back.window {
-        back.clone()
-    } else {
-        let mut bare = Image::new(back.size, window);
-        bare.how.clone_from(&back.how);
-        bare
-    };
-    let pixel = |image: &Image, x: u32, y: u32| {
-        let at = image.window;
-        let inside = (at.x..at.x + at.width).contains(&x) && (at.y..at.y + at.height).contains(&y);
-        if inside { image.rgba(x - at.x, y - at.y) } else { [0.0; 4] }
-    };
+    let (front, mut made) = (front.laid(window), back.laid(window));
+    let back = made.clone();
+    let shares: Vec<(f32, f32)> =
+        front.pixels().zip(back.pixels()).map(|(f, b)| operator.shares(f[3], b[3])).collect();
+    let pixels = front.pixels().zip(back.pixels()).zip(&shares).map(|((f, b), (p, q))| {
+        let mut sum: [f32; 4] = std::array::from_fn(|k| finite(f[k] * p + b[k] * q));
+        sum[3] = sum[3].min(1.0);
+        sum
+    });
     let mut channels: [Vec<f32>; 4] = Default::default();
-    for y in window.y..window.y + window.height {
-        for x in window.x..window.x + window.width {
-            let (f, b) = (pixel(front, x, y), pixel(back, x, y));
-            let (p, q) = operator.shares(f[3], b[3]);
-            for (k, channel) in channels.iter_mut().enumerate() {
-                let sum = f[k] * p + b[k] * q;
-                channel.push(if k == 3 { sum.min(1.0) } else { sum });
-            }
+    for pixel in pixels {
+        channels.iter_mut().zip(pixel).for_each(|(channel, v)| channel.push(v));
+    }
+    // What a light adds to both, it adds to what they make together; a picture without layers comes from no light.
+    let mut layers = Lights::of(&front);
+    layers.names.append(&mut Lights::of(&back).names);
+    if !layers.names.is_empty() {
+        for name in layers.names.iter().filter(|name| *name != "rest") {
+            let (f, b) = (Lights::layer(&front, name), Lights::layer(&back, name));
+            let pairs = f.iter().zip(&b).zip(&shares);
+            let layer: Vec<[f32; 3]> = pairs
+                .map(|((f, b), (p, q))| std::array::from_fn(|k| f[k] * p + b[k] * q))
+                .collect();
+            Lights::put(&mut made, name, &layer)?;
         }
+        layers.close(&mut made, &channels)?;
     }
     for (name, channel) in NAMES.into_iter().zip(channels) {
         made.insert(name, Samples::Float(channel))?;

@@ -1,8 +1,7 @@
 use glam::DVec2;
 use rayon::prelude::*;
-use std::sync::Arc;
 
-use super::NAMES;
+use super::{Lights, NAMES, finite};
 use crate::error::{Error, Result};
 use crate::image::texels::{Samples as Texture, Texels};
 use crate::image::{Image, Samples, Window};
@@ -56,7 +55,8 @@ fn within(footprint: Footprint) -> (Footprint, f32) {
 }
 
 impl Reformat {
-    /// The new picture, of colour and alpha alone.
+    /// The new picture. Colour, alpha and the layers of light are filtered; of other channels, which are not to be mixed,
+    /// each pixel has what is at its middle.
     ///
     /// # Errors
     /// If the picture holds nothing.
@@ -68,21 +68,74 @@ impl Reformat {
         }
         // What is not held is transparent.
         let whole = (image.size.0 as usize).checked_mul(image.size.1 as usize);
-        let count = whole.filter(|count| *count <= MOST);
-        let count = count.ok_or_else(|| Error::invalid("the picture has more than 2^28 pixels"))?;
+        if whole.is_none_or(|count| count > MOST) {
+            return Err(Error::invalid("the picture has more than 2^28 pixels"));
+        }
         if u64::from(width) * u64::from(height) > MOST as u64 {
             return Err(Error::invalid("the new picture would have more than 2^28 pixels"));
         }
-        let mut texels = vec![[0.0f32; 4]; count];
-        for (at, pixel) in image.pixels().enumerate() {
-            let (x, y) = (at as u32 % held.width + held.x, at as u32 / held.width + held.y);
-            // Some programs hold more than the picture shows.
-            if x >= image.size.0 || y >= image.size.1 {
-                continue;
+        let image = image.whole();
+        let mut made = Image::new(self.size, Window::whole(width, height));
+        made.names.clone_from(&image.names);
+        made.attributes.clone_from(&image.attributes);
+        let mut put = |names: [String; 4], count: usize, pixels: &[[f32; 4]]| -> Result<()> {
+            for (k, name) in names.iter().enumerate().take(count) {
+                let values = pixels.iter().map(|pixel| finite(pixel[k])).collect();
+                made.insert(name, Samples::Float(values))?;
             }
-            texels[y as usize * image.size.0 as usize + x as usize] = pixel;
+            Ok(())
+        };
+        put(NAMES.map(str::to_owned), 4, &self.filtered(Texels::of(&image))?)?;
+        let layers = Lights::of(&image).names;
+        for name in &layers {
+            let layer: Vec<[f32; 4]> =
+                Lights::layer(&image, name).into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
+            let texels = Texels { size: image.size, samples: Texture::Linear(layer) };
+            put(NAMES.map(|axis| format!("{name}.{axis}")), 3, &self.filtered(texels)?)?;
         }
-        let texels = Texels { size: image.size, samples: Texture::Linear(texels) };
+        let place = self.place(image.size);
+        let places: Vec<Option<usize>> = (0..width as usize * height as usize)
+            .map(|at| {
+                let (x, y) = (at % width as usize, at / width as usize);
+                let at = place(x as f64 + 0.5, y as f64 + 0.5);
+                let is_in = at.cmpge(DVec2::ZERO).all() && at.cmplt(DVec2::ONE).all();
+                let column = (at.x * f64::from(image.size.0)) as usize;
+                let row = (at.y * f64::from(image.size.1)) as usize;
+                is_in.then(|| row * image.size.0 as usize + column)
+            })
+            .collect();
+        for (name, samples) in image.channels() {
+            let layer = name.rsplit_once('.').map_or("", |(layer, _)| layer);
+            if !NAMES.contains(&name) && !layers.contains(layer) {
+                made.insert(name, samples.moved(&places))?;
+            }
+        }
+        Ok(made)
+    }
+
+    /// From a place in the new picture, in pixels, to the place in one of a size, in shares of it from its top left.
+    fn place(&self, size: (u32, u32)) -> impl Fn(f64, f64) -> DVec2 + Sync {
+        let target = DVec2::new(f64::from(self.size.0), f64::from(self.size.1));
+        let [left, top, part_width, part_height] = self.part;
+        let part = DVec2::new(part_width, part_height);
+        let pixels = DVec2::new(f64::from(size.0), f64::from(size.1)) * part;
+        // Pixels of the new picture to one of the old.
+        let fit = target / pixels;
+        let fit = if self.keeps_shape { DVec2::splat(fit.x.min(fit.y)) } else { fit };
+        let (sin, cos) = (math::sin(self.turn), math::cos(self.turn));
+        let (shift, scale) = (self.shift, self.scale);
+        move |x: f64, y: f64| {
+            let off = DVec2::new(x, y) - target * (0.5 + shift);
+            let back = DVec2::new(off.x * cos + off.y * sin, off.y * cos - off.x * sin);
+            let of_part = back / (fit * scale * pixels) + 0.5;
+            DVec2::new(left, top) + of_part * part
+        }
+    }
+
+    /// The pixels of the new picture, each the mean of what it covers.
+    fn filtered(&self, texels: Texels) -> Result<Vec<[f32; 4]>> {
+        let (width, height) = self.size;
+        let place = self.place(texels.size);
         let once = std::sync::Mutex::new(Some(texels));
         let read = move || {
             let texels = once.lock().ok().and_then(|mut once| once.take());
@@ -90,23 +143,9 @@ impl Reformat {
         };
         let source =
             Source { key: Key::of("reformat"), meaning: Meaning::Color, read: Box::new(read) };
-        let store = Arc::new(Store::new(usize::MAX));
+        let store = Store::new(usize::MAX);
         // The levels are made before rows share them.
         store.open(&source)?;
-        let target = DVec2::new(f64::from(width), f64::from(height));
-        let [left, top, part_width, part_height] = self.part;
-        let part = DVec2::new(part_width, part_height);
-        let pixels = DVec2::new(f64::from(image.size.0), f64::from(image.size.1)) * part;
-        // Pixels of the new picture to one of the old.
-        let fit = target / pixels;
-        let fit = if self.keeps_shape { DVec2::splat(fit.x.min(fit.y)) } else { fit };
-        let (sin, cos) = (math::sin(self.turn), math::cos(self.turn));
-        let place = |x: f64, y: f64| {
-            let off = DVec2::new(x, y) - target * (0.5 + self.shift);
-            let back = DVec2::new(off.x * cos + off.y * sin, off.y * cos - off.x * sin);
-            let of_part = back / (fit * self.scale * pixels) + 0.5;
-            DVec2::new(left, top) + of_part * part
-        };
         let up = |at: DVec2| DVec2::new(at.x, 1.0 - at.y);
         let rows: Vec<Vec<[f32; 4]>> = (0..height)
             .into_par_iter()
@@ -126,11 +165,6 @@ impl Reformat {
                 (0..width).map(one).collect::<Result<_>>()
             })
             .collect::<Result<_>>()?;
-        let mut made = Image::new(self.size, Window::whole(width, height));
-        for (k, name) in NAMES.into_iter().enumerate() {
-            let channel = rows.iter().flatten().map(|pixel| pixel[k]).collect();
-            made.insert(name, Samples::Float(channel))?;
-        }
-        Ok(made)
+        Ok(rows.concat())
     }
 }

@@ -36,7 +36,7 @@ use std::sync::Arc;
 use crate::color::Kind;
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Layers, Stage};
-use crate::image::{Image, Samples};
+use crate::image::{Image, Samples, is_layer_of_light};
 use crate::raster::{Raster, Rows};
 use crate::span::SpanImage;
 use crate::span::image::Intensities;
@@ -78,6 +78,8 @@ pub enum Channel {
     /// `NAME`, or `NAME.R`, `.G`, `.B`, for each channel that programs made of fragments (the node `Stream`),
     /// resolved as the colour is: the mean over the pixel, nothing where nothing is.
     Made,
+    /// Of pictures that were read: whatever else they have, under its own names. Nothing else has any.
+    Others,
     /// `light_error.R`, `.G`, `.B`: an estimate of the error of light that is found by samples, soft light and
     /// that of `Rays`: by how much the colour may be off, as the standard deviation of as many random
     /// samples, of which those taken are mostly better. One sample estimates nothing, and is taken to be off by
@@ -94,6 +96,22 @@ impl Channel {
     /// Those for which fragments are shaded.
     const OF_COLOR: [Channel; 4] =
         [Channel::Color, Channel::Light, Channel::Made, Channel::LightError];
+
+    /// Which of them a picture's channel of a name is; `None` for those that programs or files have beside them.
+    pub fn of(name: &str) -> Option<Channel> {
+        let layer = name.rsplit_once('.').map_or("", |(layer, _)| layer);
+        Some(match name {
+            "R" | "G" | "B" | "A" => Channel::Color,
+            "Z" => Channel::Z,
+            "id" => Channel::Id,
+            "aa_error" => Channel::Error,
+            "N.X" | "N.Y" | "N.Z" => Channel::N,
+            "P.X" | "P.Y" | "P.Z" => Channel::P,
+            _ if layer == "light_error" => Channel::LightError,
+            _ if is_layer_of_light(layer) => Channel::Light,
+            _ => return None,
+        })
+    }
 }
 
 /// Three numbers for each pixel beside its colour.
@@ -162,7 +180,7 @@ pub fn refine(
     // A layer that only one of them has is black in the other.
     let black = Samples::Float(vec![0.0; window.area()]);
     for (name, known) in over.channels().filter(|(name, _)| is_layer(name)) {
-        if let (None, Samples::Float(old)) = (picture.channel(name), known) {
+        if let (None, Some(old)) = (picture.channel(name), known.floats()) {
             let black = vec![0.0; old.len()];
             refined.insert(name, Samples::Float(chosen(old, &black, &touched)))?;
         }
@@ -175,11 +193,11 @@ pub fn refine(
             ))
         })?;
         let blended = match (known, samples) {
-            (Samples::Float(old), Samples::Float(new)) => {
-                Samples::Float(chosen(old, new, &touched))
-            }
             (Samples::Id(old), Samples::Id(new)) => Samples::Id(chosen(old, new, &touched)),
-            _ => return Err(Error::invalid(format!("the channel {name} is of two kinds"))),
+            (old, new) => match old.floats().zip(new.floats()) {
+                Some((old, new)) => Samples::Float(chosen(old, new, &touched)),
+                None => return Err(Error::invalid(format!("the channel {name} is of two kinds"))),
+            },
         };
         refined.insert(name, blended)?;
     }
@@ -204,6 +222,9 @@ fn paint(
     channels: &BTreeSet<Channel>,
     selected: Option<&Selected>,
 ) -> Result<(Image, Vec<bool>)> {
+    let channels: BTreeSet<Channel> =
+        channels.iter().copied().filter(|channel| *channel != Channel::Others).collect();
+    let channels = &channels;
     let plan = rule.plan()?;
     if plan != image.plan() {
         return Err(Error::invalid(format!(

@@ -6,10 +6,13 @@ use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::maps::Sizes;
 use crate::error::{Error, FirstError, Result};
-use crate::image::texels::{self, Samples, Texels};
+use crate::image::file::Encoded;
+use crate::image::texels::{Samples, Texels};
+use crate::image::{Codes, Layout};
 use crate::key::{Key, KeyHasher};
 use crate::texture::{Filter, Footprint, Mapping, Meaning, Opened, Source, is_in, store};
 
@@ -38,7 +41,7 @@ pub enum Define {
     Bricked(f64),
     /// Squares, 0 and 1 in turns, two to a side of the canvas.
     Checker,
-    /// A trigger pattern: the bytes of a grey PNG are indices.
+    /// A trigger pattern: the bytes of a grey picture, or the numbers of its colours if it has a palette, are indices.
     Picture(String),
 }
 
@@ -247,14 +250,29 @@ impl Ready {
 
 /// A trigger pattern, all of whose indices are known.
 fn indices(path: &Path, known: &[u8]) -> Result<Texels> {
-    let texels = texels::read(path)?;
-    let Samples::Bytes(bytes) = &texels.samples else {
-        return Err(Error::in_file(path, "a trigger pattern has 8 bits: its bytes are indices"));
+    let texels = Encoded::open(path)?.texels(true)?;
+    let fault = |what: &str| Err(Error::in_file(path, format!("a trigger pattern {what}")));
+    let Samples::Coded(coded) = &texels.samples else {
+        return fault("has 8 bits: its bytes are indices");
     };
-    let wrong = bytes.iter().position(|[index, ..]| !known.contains(index));
+    if matches!(coded.codes, Codes::Words(_)) {
+        return fault("has 8 bits: its bytes are indices");
+    }
+    // What is red, green and blue may be grey all the same.
+    let grey = match coded.layout {
+        Layout::Grey | Layout::Palette(_) => Some(coded.clone()),
+        _ => coded.greyed().map(Arc::new),
+    };
+    let Some(coded) = grey else {
+        return fault(
+            "is grey, or has a palette, so that each pixel is one number: this one is red, green and blue; save \
+             it with a palette, or make it with `Segment`",
+        );
+    };
+    let wrong = (0..coded.area()).find(|at| !known.contains(&(coded.index(*at) as u8)));
     if let Some(at) = wrong {
-        let (x, y) = (at as u32 % texels.size.0, at as u32 / texels.size.0);
-        let index = bytes[at][0];
+        let (x, y) = (at as u32 % coded.size.0, at as u32 / coded.size.0);
+        let index = coded.index(at);
         return Err(Error::in_file(
             path,
             format!(
@@ -262,5 +280,5 @@ fn indices(path: &Path, known: &[u8]) -> Result<Texels> {
             ),
         ));
     }
-    Ok(texels)
+    Ok(Texels::coded(coded))
 }

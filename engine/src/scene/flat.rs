@@ -10,7 +10,7 @@ use super::document::{Display, Document, Object, Plan};
 use super::domains::Define;
 use super::geometry::{Faults, Geometry, Part};
 use super::maps;
-use super::material::{AlphaMode, Material, Picture};
+use super::material::{AlphaMode, Material};
 use super::read::{self, ReadOptions, Reading};
 use super::shape::Shape;
 use crate::camera::Camera;
@@ -77,12 +77,10 @@ impl Scene {
     pub fn missing_pictures(&self) -> Vec<String> {
         let mut missing = Vec::new();
         for (name, material) in self.material_names.iter().zip(&self.materials) {
-            let maps = material.maps.iter().filter_map(|(what, map)| match &map.picture {
-                Picture::File(path) => Some((what.as_str(), path)),
-                Picture::Embedded(..) | Picture::Wave(..) => None,
-            });
+            let maps = material.maps.iter();
+            let maps = maps.filter_map(|(what, map)| Some((what.as_str(), map.picture.file()?)));
             let domains = material.domains.iter().filter_map(|domains| match &domains.define {
-                Define::Picture(path) => Some(("domains", path)),
+                Define::Picture(path) => Some(("domains", path.as_str())),
                 _ => None,
             });
             for (what, path) in maps.chain(domains).filter(|(_, path)| !Path::new(path).exists()) {
@@ -420,7 +418,7 @@ impl Flattening {
         for (what, map) in &mut material.maps {
             let in_map = |e: Error| in_material(Error::invalid(format!("map \"{what}\": {e}")));
             maps::check(what, map).map_err(in_map)?;
-            if let Picture::File(path) | Picture::Embedded(path, _) = &mut map.picture {
+            if let Some(path) = map.picture.path_mut() {
                 *path = file.directory.join(&path).to_string_lossy().into_owned();
             }
         }

@@ -285,7 +285,7 @@ fn bounds(mesh: &Mesh) -> Option<[DVec3; 2]> {
 fn check_size([low, high]: [DVec3; 2]) -> Result<()> {
     let far = low.abs().max(high.abs()).max_element();
     let size = (high - low).max_element();
-    if !(far <= math::REACH) {
+    if far.is_nan() || far > math::REACH {
         return Err(Error::invalid(format!(
             "it reaches {far:.1e} m from the origin, and what lies beyond {:e} m is not exact: make it \
              smaller or put it nearer",

@@ -11,7 +11,8 @@ use super::read::gltf;
 use crate::color::Color;
 use crate::error::{Error, FirstError, Result};
 use crate::fragment::{Columns, Finish, Gloss};
-use crate::image::texels::{self, Texels};
+use crate::image::file::Encoded;
+use crate::image::texels::Texels;
 use crate::key::{Key, KeyHasher};
 use crate::math;
 use crate::texture::{Filter, Footprint, Meaning, Opened, Place, Source, Wrap, store};
@@ -80,7 +81,7 @@ pub(super) fn check(name: &str, map: &Map) -> Result<()> {
     {
         return Err(Error::invalid("a Wave has a number of waves from -1000000 to 1000000"));
     }
-    if map.picture == Picture::File(String::new()) {
+    if map.picture.file() == Some("") {
         return Err(Error::invalid("it names no file"));
     }
     map.mapping.check()
@@ -98,12 +99,17 @@ impl Sizes {
     /// Of a picture that is a file, or has a number in one.
     pub(super) fn of(&mut self, key: Key, path: &Path, number: Option<u32>) -> u64 {
         let Some(number) = number else {
-            return *self.known.entry(key).or_insert_with(|| texels::bytes(path));
+            return *self.known.entry(key).or_insert_with(|| mapped_bytes(path));
         };
         let held = self.embedded.entry(path.to_owned());
         let held = held.or_insert_with(|| gltf::picture_bytes(path).unwrap_or_default());
         held.get(number as usize).copied().unwrap_or(0)
     }
+}
+
+/// The bytes that a picture takes as a map, at most; 0 if its head is not to be read.
+fn mapped_bytes(path: &Path) -> u64 {
+    Encoded::open(path).and_then(|picture| picture.head()).map_or(0, |head| head.mapped)
 }
 
 /// The maps of a material.
@@ -223,7 +229,7 @@ impl Maps {
             let (path, source) = map.source.as_ref()?;
             let number = match map.map.picture {
                 Picture::Embedded(_, number) => Some(number),
-                Picture::File(_) | Picture::Wave(..) => None,
+                Picture::File(_) | Picture::Raw(_) | Picture::Wave(..) => None,
             };
             Some((source.key, sizes.of(source.key, path, number)))
         };
@@ -444,13 +450,14 @@ fn around(direction: DVec3, moves: [DVec3; 2]) -> Footprint {
 /// A picture that can be read.
 fn source(picture: &Picture, what: What, meaning: Meaning) -> Option<(PathBuf, Source)> {
     let (path, number) = match picture {
-        Picture::File(path) => (PathBuf::from(path), None),
+        Picture::File(path) | Picture::Raw(path) => (PathBuf::from(path), None),
         Picture::Embedded(path, number) => (PathBuf::from(path), Some(*number)),
         Picture::Wave(..) => return None,
     };
     let mut key = KeyHasher::new("picture");
     let is_alpha = what == What::Alpha;
-    key.value(&(&path, number, meaning, is_alpha));
+    let is_raw = !matches!(picture, Picture::File(_));
+    key.value(&(&path, number, meaning, is_alpha, is_raw));
     // A file that was changed is another one.
     if let Ok(about) = std::fs::metadata(&path) {
         key.value(&(about.len(), about.modified().ok()));
@@ -458,10 +465,12 @@ fn source(picture: &Picture, what: What, meaning: Meaning) -> Option<(PathBuf, S
     let from = path.clone();
     let read = move || -> Result<Texels> {
         let texels = match number {
-            None => texels::read(&from),
+            None => Encoded::open(&from)?.texels(is_raw),
             Some(number) => {
-                let fault = |what| Error::in_file(&from, format!("picture {number}: {what}"));
-                texels::decode(&gltf::picture(&from, number)?).map_err(fault)
+                let fault =
+                    |e: Error| Error::in_file(&from, format!("picture {number}: {}", e.message()));
+                let bytes = gltf::picture(&from, number)?;
+                Encoded::of(&from, &bytes).and_then(|picture| picture.texels(true)).map_err(fault)
             }
         }?;
         Ok(if is_alpha { texels.into_alpha() } else { texels })

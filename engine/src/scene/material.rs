@@ -146,4 +146,25 @@ pub enum Picture {
     /// Nowhere: so many waves from left to right and from bottom to top, between 0 and 1 (\[D], "functional bump
     /// generator").
     Wave(f64, f64),
+    /// In a file, whose pixels are taken as they are, sRGB and not turned, whatever the file says of its colours and of
+    /// how it is held: as glTF has it.
+    Raw(String),
+}
+
+impl Picture {
+    /// The picture's own file, relative to the scene's.
+    pub fn file(&self) -> Option<&str> {
+        match self {
+            Picture::File(path) | Picture::Raw(path) => Some(path),
+            Picture::Embedded(..) | Picture::Wave(..) => None,
+        }
+    }
+
+    /// The file that it is in, its own or a scene's.
+    pub(super) fn path_mut(&mut self) -> Option<&mut String> {
+        match self {
+            Picture::File(path) | Picture::Raw(path) | Picture::Embedded(path, _) => Some(path),
+            Picture::Wave(..) => None,
+        }
+    }
 }

@@ -166,9 +166,11 @@ pub fn is_in(rectangles: &[[DVec2; 2]], place: DVec2) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::image::texels::{Samples, Texels};
+    use crate::image::texels::Texels;
+    use crate::image::{Coded, Codes, Coding, Layout};
     use crate::key::Key;
     use crate::texture::{Meaning, Source, Store};
+    use std::sync::Arc;
 
     fn footprint(at: [f64; 2], right: [f64; 2], down: [f64; 2]) -> Footprint {
         let [at, right, down] = [at, right, down].map(DVec2::from);
@@ -223,10 +225,11 @@ mod tests {
     fn indices_have_the_share_that_points_say() {
         let (width, height) = (5u32, 3u32);
         let index = |x: u32, y: u32| (x * 7 + y * 3) % 4;
-        let texel = |at: u32| [index(at % width, at / width) as u8; 4];
-        let texels: Vec<[u8; 4]> = (0..width * height).map(texel).collect();
-        let size = (width, height);
-        let read = move || Ok(Texels { size, samples: Samples::Bytes(texels.clone()) });
+        let texel = |at: u32| index(at % width, at / width) as u8;
+        let codes = Codes::Bytes((0..width * height).map(texel).collect());
+        let (size, coding) = ((width, height), Coding::srgb());
+        let coded = Arc::new(Coded { size, layout: Layout::Grey, codes, coding });
+        let read = move || Ok(Texels::coded(coded.clone()));
         let meaning = Meaning::Indices([0, 1, 2, 3]);
         let source = Source { key: Key::of("indices"), meaning, read: Box::new(read) };
         let store = Store::new(1 << 20);

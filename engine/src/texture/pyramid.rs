@@ -1,8 +1,11 @@
 //! A picture and what is left of it at half, a quarter, and so on of its size.
 
-use crate::color::{decode_srgb, encode_srgb};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use crate::color::encode_srgb;
 use crate::image::texels::{Samples, Texels};
-use std::sync::OnceLock;
+use crate::image::{Coded, Codes, Coding, Layout};
 
 /// What the samples of a picture mean.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -45,28 +48,19 @@ pub struct Level {
 
 #[derive(Debug)]
 enum Stored {
-    /// As they are coded, alpha straight.
-    Bytes(Vec<[u8; 4]>),
-    /// Grey and opaque, as it is coded.
-    Grey(Vec<u8>),
-    /// Indices.
-    Indices(Vec<u8>),
+    /// As they are coded.
+    Coded(Arc<Coded>),
+    /// Indices: the first samples of what is coded.
+    Indices(Arc<Coded>),
     /// Decoded; colours with associated alpha.
     Floats(Vec<[f32; 4]>),
-}
-
-/// By how a byte is coded, the number that it means.
-fn decoded() -> &'static [f32; 256] {
-    static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| std::array::from_fn(|byte| decode_srgb(byte as f32 / 255.0)))
 }
 
 impl Level {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         match &self.texels {
-            Stored::Bytes(texels) => size_of_val(&**texels),
-            Stored::Grey(texels) | Stored::Indices(texels) => size_of_val(&**texels),
+            Stored::Coded(coded) | Stored::Indices(coded) => coded.bytes(),
             Stored::Floats(texels) => size_of_val(&**texels),
         }
     }
@@ -77,30 +71,18 @@ impl Level {
         let at = y as usize * self.width as usize + x as usize;
         match &self.texels {
             Stored::Floats(texels) => texels[at],
-            Stored::Grey(texels) => {
-                let v = texels[at];
-                let share = f32::from(v) * (1.0 / 255.0);
-                let v = if self.meaning.is_color() { decoded()[usize::from(v)] } else { share };
-                [v, v, v, 1.0]
-            }
-            Stored::Indices(texels) => self.meaning.is_index(texels[at]),
-            Stored::Bytes(texels) => {
-                let [r, g, b, a] = texels[at];
-                let share = |v: u8| f32::from(v) * (1.0 / 255.0);
-                if !self.meaning.is_color() {
-                    return [r, g, b, a].map(share);
-                }
-                let (table, alpha) = (decoded(), share(a));
-                let [r, g, b] = [r, g, b].map(|v| table[usize::from(v)] * alpha);
-                [r, g, b, alpha]
-            }
+            Stored::Coded(coded) if self.meaning.is_color() => coded.linear(at),
+            Stored::Coded(coded) => coded.numbers(at),
+            Stored::Indices(coded) => self.meaning.is_index(coded.index(at) as u8),
         }
     }
 
     /// The index of a texel of a picture of indices.
     pub(super) fn index(&self, x: u32, y: u32) -> u8 {
         match &self.texels {
-            Stored::Indices(texels) => texels[y as usize * self.width as usize + x as usize],
+            Stored::Indices(coded) => {
+                coded.index(y as usize * self.width as usize + x as usize) as u8
+            }
             _ => 0,
         }
     }
@@ -109,74 +91,13 @@ impl Level {
     fn first(picture: Texels, meaning: Meaning) -> Level {
         let (width, height) = picture.size;
         let texels = match picture.samples {
-            Samples::Bytes(texels) if matches!(meaning, Meaning::Indices(_)) => {
-                Stored::Indices(texels.into_iter().map(|[index, ..]| index).collect())
-            }
-            Samples::Bytes(texels) => Stored::Bytes(texels),
             Samples::Linear(texels) => Stored::Floats(texels),
-            Samples::Words(texels) if meaning.is_color() => {
-                let linear = |[r, g, b, a]: [f32; 4]| {
-                    let [r, g, b] = [r, g, b].map(|v| decode_srgb(v) * a);
-                    [r, g, b, a]
-                };
-                Stored::Floats(texels.into_iter().map(linear).collect())
+            Samples::Coded(coded) if matches!(meaning, Meaning::Indices(_)) => {
+                Stored::Indices(coded)
             }
-            Samples::Words(texels) => Stored::Floats(texels),
+            Samples::Coded(coded) => Stored::Coded(coded.greyed().map_or(coded, Arc::new)),
         };
         Level { width, height, texels, meaning }
-    }
-
-    /// The same with bytes for numbers, if the picture has no more.
-    fn stored(self, as_bytes: bool) -> Level {
-        let texels = match &self.texels {
-            Stored::Floats(texels) if as_bytes => texels,
-            _ => return self.grey(),
-        };
-        let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
-        let coded = |[r, g, b, a]: &[f32; 4]| {
-            if !self.meaning.is_color() {
-                return [*r, *g, *b, *a].map(byte);
-            }
-            let straight = if *a > 0.0 { 1.0 / a } else { 0.0 };
-            let [r, g, b] = [r, g, b].map(|v| byte(encode_srgb((v * straight).clamp(0.0, 1.0))));
-            [r, g, b, byte(*a)]
-        };
-        Level { texels: Stored::Bytes(texels.iter().map(coded).collect()), ..self }.grey()
-    }
-
-    /// The same with one byte for a texel, if all are grey and opaque.
-    fn grey(self) -> Level {
-        match &self.texels {
-            Stored::Bytes(texels)
-                if texels.iter().all(|[r, g, b, a]| r == g && g == b && *a == 255) =>
-            {
-                let texels = Stored::Grey(texels.iter().map(|[v, ..]| *v).collect());
-                Level { texels, ..self }
-            }
-            _ => self,
-        }
-    }
-
-    /// What is left at half of the size: each texel is the mean of what it covers.
-    fn half(&self, is_first: bool) -> Level {
-        let (width, height) = ((self.width / 2).max(1), (self.height / 2).max(1));
-        let (columns, rows) = (shares(self.width, width), shares(self.height, height));
-        let mut texels = Vec::with_capacity(width as usize * height as usize);
-        for (top, down) in &rows {
-            for (left, right) in &columns {
-                let mut sum = [0.0f32; 4];
-                for (j, by_row) in down.iter().enumerate() {
-                    for (i, by_column) in right.iter().enumerate() {
-                        let texel = self.texel(left + i as u32, top + j as u32);
-                        let texel = if is_first { self.cut(texel) } else { texel };
-                        let weight = by_row * by_column;
-                        sum.iter_mut().zip(texel).for_each(|(sum, v)| *sum += v * weight);
-                    }
-                }
-                texels.push(sum);
-            }
-        }
-        Level { width, height, texels: Stored::Floats(texels), meaning: self.meaning }
     }
 
     /// A texel of a picture that is cut out: it is there, or not.
@@ -202,25 +123,152 @@ fn shares(many: u32, few: u32) -> Vec<(u32, Vec<f32>)> {
     (0..m).map(share).collect()
 }
 
-/// All levels of a picture, down to one texel.
-pub fn pyramid(picture: Texels, meaning: Meaning) -> Vec<Level> {
-    let first = Level::first(picture, meaning);
-    let as_bytes = !matches!(first.texels, Stored::Floats(_));
-    let mut levels = vec![first.grey()];
-    // Levels are made of what is exact, and rounded only where they are stored.
-    let mut exact: Option<Level> = None;
-    loop {
-        let last = exact.as_ref().unwrap_or(&levels[0]);
-        if (last.width, last.height) == (1, 1) {
-            break;
-        }
-        let next = last.half(exact.is_none());
-        if let Some(last) = exact.replace(next) {
-            levels.push(last.stored(as_bytes));
+/// How the texels of smaller levels are stored: not finer than those of the picture.
+enum Coder {
+    Bytes(Vec<u8>, Layout),
+    Words(Vec<u16>, Layout),
+    Floats(Vec<[f32; 4]>),
+}
+
+impl Coder {
+    /// For the smaller levels of a picture.
+    fn new(first: &Level) -> Coder {
+        match &first.texels {
+            Stored::Floats(_) => Coder::Floats(Vec::new()),
+            Stored::Indices(_) => Coder::Bytes(Vec::new(), Layout::Rgba),
+            // What lies beyond the colours of Rec. 709 would be lost.
+            Stored::Coded(coded) if first.meaning.is_color() && !coded.coding.is_rec_709() => {
+                Coder::Floats(Vec::new())
+            }
+            Stored::Coded(coded) => {
+                let layout = match &coded.layout {
+                    Layout::Palette(_) if coded.layout.has_alpha() => Layout::Rgba,
+                    Layout::Palette(_) => Layout::Rgb,
+                    other => other.clone(),
+                };
+                match &coded.codes {
+                    Codes::Bytes(_) => Coder::Bytes(Vec::new(), layout),
+                    Codes::Words(_) => Coder::Words(Vec::new(), layout),
+                }
+            }
         }
     }
-    levels.extend(exact.map(|last| last.stored(as_bytes)));
-    levels
+
+    fn push(&mut self, row: &[[f32; 4]], is_color: bool) {
+        // The shares of the greatest code that a texel's samples are, in order.
+        let codes = |[r, g, b, a]: [f32; 4], layout: &Layout| {
+            let straight = if a > 0.0 { 1.0 / a } else { 0.0 };
+            let coded = |v: f32| {
+                if is_color { encode_srgb((v * straight).clamp(0.0, 1.0)) } else { v }
+            };
+            let [r, g, b] = [r, g, b].map(coded);
+            let all = match layout {
+                Layout::GreyAlpha => [r, a, 0.0, 0.0],
+                _ => [r, g, b, a],
+            };
+            all.into_iter().take(layout.channels()).map(|v| v.clamp(0.0, 1.0))
+        };
+        match self {
+            Coder::Floats(texels) => texels.extend_from_slice(row),
+            Coder::Bytes(bytes, layout) => {
+                let byte = |v: f32| (v * 255.0).round() as u8;
+                row.iter().for_each(|texel| bytes.extend(codes(*texel, layout).map(byte)));
+            }
+            Coder::Words(words, layout) => {
+                let word = |v: f32| (v * 65_535.0).round() as u16;
+                row.iter().for_each(|texel| words.extend(codes(*texel, layout).map(word)));
+            }
+        }
+    }
+
+    fn finish(self, size: (u32, u32), meaning: Meaning) -> Level {
+        let coded = |layout, codes| {
+            Stored::Coded(Arc::new(Coded { size, layout, codes, coding: Coding::srgb() }))
+        };
+        let texels = match self {
+            Coder::Floats(texels) => Stored::Floats(texels),
+            Coder::Bytes(bytes, layout) => coded(layout, Codes::Bytes(bytes)),
+            Coder::Words(words, layout) => coded(layout, Codes::Words(words)),
+        };
+        Level { width: size.0, height: size.1, texels, meaning }
+    }
+}
+
+/// A level of half a size that is made row by row, as its picture comes: each texel is the mean of what it covers.
+struct Halved {
+    size: (u32, u32),
+    columns: Vec<(u32, Vec<f32>)>,
+    rows: Vec<(u32, Vec<f32>)>,
+    /// The first row that is not done, and what is known of it and those after it.
+    next: usize,
+    sums: VecDeque<Vec<[f32; 4]>>,
+    coder: Coder,
+}
+
+impl Halved {
+    fn new((width, height): (u32, u32), coder: Coder) -> Halved {
+        let size = ((width / 2).max(1), (height / 2).max(1));
+        let (columns, rows) = (shares(width, size.0), shares(height, size.1));
+        Halved { size, columns, rows, next: 0, sums: VecDeque::new(), coder }
+    }
+
+    /// Takes row `y`, and returns the rows that are done by it.
+    fn push(&mut self, y: u32, row: &[[f32; 4]], is_color: bool) -> Vec<(u32, Vec<[f32; 4]>)> {
+        let mean = |(left, right): &(u32, Vec<f32>)| {
+            let mut sum = [0.0f32; 4];
+            for (texel, weight) in row[*left as usize..].iter().zip(right) {
+                sum.iter_mut().zip(texel).for_each(|(sum, v)| *sum += v * weight);
+            }
+            sum
+        };
+        let means: Vec<[f32; 4]> = self.columns.iter().map(mean).collect();
+        for (k, (top, down)) in self.rows.iter().enumerate().skip(self.next) {
+            let Some(at) = y.checked_sub(*top) else { break };
+            let Some(weight) = down.get(at as usize) else { continue };
+            if self.sums.len() <= k - self.next {
+                self.sums.push_back(vec![[0.0; 4]; means.len()]);
+            }
+            for (sum, mean) in self.sums[k - self.next].iter_mut().zip(&means) {
+                sum.iter_mut().zip(mean).for_each(|(sum, v)| *sum += v * weight);
+            }
+        }
+        let mut done = Vec::new();
+        while let Some((top, down)) = self.rows.get(self.next)
+            && top + down.len() as u32 <= y + 1
+            && let Some(sum) = self.sums.pop_front()
+        {
+            self.coder.push(&sum, is_color);
+            done.push((self.next as u32, sum));
+            self.next += 1;
+        }
+        done
+    }
+}
+
+/// All levels of a picture, down to one texel. Beside what is kept, some rows of each are held at a time.
+pub fn pyramid(picture: Texels, meaning: Meaning) -> Vec<Level> {
+    let first = Level::first(picture, meaning);
+    let is_color = meaning.is_color();
+    let mut halves: Vec<Halved> = Vec::new();
+    let mut size = (first.width, first.height);
+    while size != (1, 1) {
+        let half = Halved::new(size, Coder::new(&first));
+        size = half.size;
+        halves.push(half);
+    }
+    for y in 0..first.height {
+        let row: Vec<[f32; 4]> = (0..first.width).map(|x| first.cut(first.texel(x, y))).collect();
+        let mut rows = vec![(y, row)];
+        for half in &mut halves {
+            // Levels are made of what is exact, and rounded only where they are stored.
+            rows = rows.iter().flat_map(|(y, row)| half.push(*y, row, is_color)).collect();
+            if rows.is_empty() {
+                break;
+            }
+        }
+    }
+    let smaller = halves.into_iter().map(|half| half.coder.finish(half.size, meaning));
+    std::iter::once(first).chain(smaller).collect()
 }
 
 #[cfg(test)]
@@ -236,6 +284,11 @@ mod tests {
             }
         }
         sum.map(|v| (v / f64::from(level.width * level.height)) as f32)
+    }
+
+    fn rgba(size: (u32, u32), texels: Vec<[u8; 4]>) -> Texels {
+        let codes = Codes::Bytes(texels.into_flattened());
+        Texels::coded(Coded { size, layout: Layout::Rgba, codes, coding: Coding::srgb() })
     }
 
     fn picture(width: u32, height: u32) -> Vec<[f32; 4]> {
@@ -255,8 +308,8 @@ mod tests {
                 let straight = |v: &f32| encode_srgb(if *a > 0.0 { v / a } else { 0.0 });
                 [straight(r), straight(g), straight(b), *a].map(|v| (v * 255.0).round() as u8)
             };
-            let bytes = Samples::Bytes(texels.iter().map(code).collect());
-            for (picture, within) in [(linear, 1e-5), (Texels { size, samples: bytes }, 3e-3)] {
+            let bytes = rgba(size, texels.iter().map(code).collect());
+            for (picture, within) in [(linear, 1e-5), (bytes, 3e-3)] {
                 for meaning in [Meaning::Color, Meaning::Numbers] {
                     let levels = pyramid(picture.clone(), meaning);
                     let most = size.0.max(size.1);
@@ -277,9 +330,7 @@ mod tests {
         let size = (8, 4);
         let texels: Vec<[u8; 4]> = (0..32u8).map(|i| [i * 7, i * 7, i * 7, 255]).collect();
         for meaning in [Meaning::Color, Meaning::Numbers] {
-            let of = |texels: Vec<[u8; 4]>| {
-                pyramid(Texels { size, samples: Samples::Bytes(texels) }, meaning)
-            };
+            let of = |texels: Vec<[u8; 4]>| pyramid(rgba(size, texels), meaning);
             let mut beside = texels.clone();
             beside[31] = [217, 217, 217, 254];
             let (grey, plain) = (of(texels.clone()), of(beside));
@@ -294,8 +345,9 @@ mod tests {
     #[test]
     fn indices_take_a_byte_and_are_never_mixed() {
         let size = (2, 2);
-        let samples = Samples::Bytes([7, 9, 9, 200].map(|index| [index; 4]).to_vec());
-        let levels = pyramid(Texels { size, samples }, Meaning::Indices([9, 7, 8, 8]));
+        let codes = Codes::Bytes(vec![7, 9, 9, 200]);
+        let coded = Coded { size, layout: Layout::Grey, codes, coding: Coding::srgb() };
+        let levels = pyramid(Texels::coded(coded), Meaning::Indices([9, 7, 8, 8]));
         assert_eq!((levels[0].bytes(), levels[0].index(1, 1)), (4, 200));
         assert_eq!(levels[0].texel(1, 0), [1.0, 0.0, 0.0, 0.0]);
         let [nines, sevens, eights, _] = levels[1].texel(0, 0).map(|v| (v * 255.0).round());

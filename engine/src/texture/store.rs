@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use super::pyramid::{Level, Meaning, pyramid};
 use crate::error::{Error, Result};
-use crate::image::Image;
-use crate::image::texels::{Samples, Texels};
+use crate::image::texels::Texels;
+use crate::image::{Image, Window};
 use crate::key::{Key, KeyHasher};
 
 /// The bytes that the store holds if nobody says otherwise.
@@ -25,22 +25,22 @@ pub struct Source {
 }
 
 impl Source {
-    /// A picture in memory, as colour, and whether it is opaque everywhere.
+    /// A picture in memory, as colour, and whether it is opaque everywhere. What it does not hold is transparent.
     ///
     /// # Errors
-    /// If it holds only a part, or a pixel is not finite.
+    /// If it holds nothing, or a pixel is not finite.
     pub fn of(image: &Arc<Image>) -> Result<(Source, bool)> {
-        let (width, height) = image.size;
-        let area = image.window.area();
-        if area == 0 || area as u64 != u64::from(width) * u64::from(height) {
-            return Err(Error::invalid("the picture is not whole: all of it is needed"));
+        if image.window.area() == 0 {
+            return Err(Error::invalid("the picture holds no pixels"));
         }
         let mut key = KeyHasher::new("image");
-        key.value(&image.size);
-        let mut is_opaque = true;
+        key.value(&(&image.size, image.window));
+        let width = image.window.width as usize;
+        let mut is_opaque = image.window == Window::whole(image.size.0, image.size.1);
         for (at, pixel) in image.pixels().enumerate() {
             if !pixel.iter().all(|v| v.is_finite()) {
-                let (x, y) = (at as u32 % width, at as u32 / width);
+                let (x, y) =
+                    (at % width + image.window.x as usize, at / width + image.window.y as usize);
                 return Err(Error::invalid(format!(
                     "pixel {x}, {y} of the picture is not a finite number"
                 )));
@@ -49,9 +49,7 @@ impl Source {
             key.bytes(&pixel.map(f32::to_le_bytes).concat());
         }
         let held = image.clone();
-        let read = move || -> Result<Texels> {
-            Ok(Texels { size: held.size, samples: Samples::Linear(held.pixels().collect()) })
-        };
+        let read = move || -> Result<Texels> { Ok(Texels::of(&held.whole())) };
         let (key, meaning) = (key.finish(), Meaning::Color);
         Ok((Source { key, meaning, read: Box::new(read) }, is_opaque))
     }
@@ -221,7 +219,8 @@ impl Held {
         self.most = self.most.max(self.bytes);
     }
 
-    /// Drops what was not used for longest until the limit holds; `but` is used now.
+    /// Drops what was not used for longest until the limit holds; a level that is used now, and those coarser than it,
+    /// which take little beside it and are asked for with it, are kept.
     fn drop_oldest(&mut self, but: Option<(Key, usize)>) {
         while self.bytes > self.limit {
             let levels = self.pictures.iter().flat_map(|(key, picture)| {
@@ -229,7 +228,9 @@ impl Held {
                 held.filter_map(|(n, level)| level.as_ref().map(|(_, used)| (*used, n, *key)))
             });
             // Of one picture the finest first.
-            let oldest = levels.filter(|(_, n, key)| but != Some((*key, *n))).min();
+            let is_used =
+                |n: usize, key: Key| but.is_some_and(|(own, from)| own == key && n >= from);
+            let oldest = levels.filter(|(_, n, key)| !is_used(*n, *key)).min();
             let Some((_, number, key)) = oldest else { break };
             if let Some((level, _)) =
                 self.pictures.get_mut(&key).and_then(|picture| picture.levels[number].take())

@@ -1,21 +1,34 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use spandrel_engine::Result;
 use spandrel_engine::graph::node::{FieldError, InFile};
 use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::image::Image;
-use spandrel_engine::image::file::{self, Format};
+use spandrel_engine::image::file::{Encoded, NotFinite, Select};
 use spandrel_engine::resolve::Channel;
 use spandrel_engine::values::Picture;
-use spandrel_engine::{Error, Result};
-use std::path::Path;
 
-/// Reads a picture: PNG and JPEG as scene-linear colour, OpenEXR and HDR as they are. A link to a picture may name
-/// the file itself.
+/// Reads a picture: OpenEXR and Radiance as they are, all others, which have 8 or 16 bits, as scene-linear colour. A
+/// link to a picture may name the file itself.
+///
+/// What the file says of its colours is heeded: those of other primaries become those of Rec. 709, with a note. So is
+/// how a camera was held. What it has beside its colour is kept under its names, with its attributes, for nodes that ask
+/// for it, and for `Write`.
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Read {
-    /// The file, ending in `.png`, `.jpg`, `.exr` or `.hdr`.
+    /// The file: PNG, JPEG, OpenEXR, Radiance (`.hdr`), TIFF, WebP, BMP or TGA; its first bytes say which.
     pub file: InFile,
+    /// Of OpenEXR: the layer whose colour this is, such as `"diffuse"`, or `"Combined"` for `"ViewLayer.Combined"`.
+    /// A layer of one channel is grey. Absent, the main layer, or the only one that has colour.
+    pub layer: Option<String>,
+    /// Of OpenEXR: read this part only, by its name or its number from 0.
+    pub part: Option<String>,
+    /// Of OpenEXR: the view, such as `"right"`. Absent, the first.
+    pub view: Option<String>,
+    /// What is done to colours that are not finite: `Refuse` the picture, with the pixel and the channel; `Zero`; or
+    /// `Nearest`, the nearest that is finite.
+    pub not_finite: NotFinite,
 }
 
 impl Node for Read {
@@ -25,10 +38,6 @@ impl Node for Read {
     const ALIASES: &'static [&'static str] = &["ReadImage", "ImageReader", "FileIn", "Photograph"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {
-        if !self.file.0.is_empty() {
-            let format = Format::of(Path::new(&self.file.0));
-            format.map_err(|e| FieldError::new("file", e.to_string()))?;
-        }
         Ok(())
     }
 
@@ -37,14 +46,21 @@ impl Node for Read {
     }
 
     fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
-        let path = self.file.resolve(inputs);
-        let image = file::read(&path)?;
-        if wanted.channels.contains(&Channel::Color) && image.float("R").is_none() {
-            let names: Vec<&str> = image.channels().map(|(name, _)| name).collect();
-            let message =
-                format!("it has no colour (R, G, B): its channels are {}", names.join(", "));
-            return Err(Error::in_file(path, message));
-        }
+        let file = Encoded::open(&self.file.resolve(inputs))?;
+        let asked = &wanted.channels;
+        let wants = |name: &str| match Channel::of(name) {
+            Some(channel) => asked.contains(&channel),
+            None => asked.contains(&Channel::Others) || asked.contains(&Channel::Made),
+        };
+        let select = Select {
+            layer: self.layer.as_deref(),
+            part: self.part.as_deref(),
+            view: self.view.as_deref(),
+            needs_color: asked.contains(&Channel::Color),
+            wants: &wants,
+        };
+        let (image, notes) = file.image(&select, Some(self.not_finite))?;
+        notes.iter().for_each(|note| inputs.note(note));
         Ok(wanted.part(image))
     }
 }

@@ -1,17 +1,20 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spandrel_engine::Result;
 use spandrel_engine::graph::node::{FieldError, OutFile};
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::image::Image;
 use spandrel_engine::image::file::{self, Format};
+use spandrel_engine::image::{Image, Samples};
 use spandrel_engine::resolve::Channel;
+use spandrel_engine::text::list;
 use spandrel_engine::values::{Delivery, Override, Picture};
+use spandrel_engine::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Writes a picture to a file: PNG (8 or 16 bits, sRGB, straight alpha) or OpenEXR (half or float,
 /// scene-linear, associated alpha). The file is whole or not there: it is written beside its place and then renamed.
+/// What a picture that was read has beside its colour, attributes too, is written to OpenEXR again.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Write {
@@ -23,11 +26,13 @@ pub struct Write {
     /// (distance along the view axis in metres, infinite for background), `N` (unit normal in world
     /// axes), `P` (position in the world), `Id` (object), `Light` (a layer `light_NAME` for each light,
     /// `light_own_ambient` for what `Illuminate` adds by itself, and `rest` for what comes from no light;
-    /// they sum to the colour), `Made` (`NAME`, or a layer of that name, for each channel that programs of `Stream` made), `light_error` (by how much light that is found by samples may be off),
+    /// they sum to the colour), `Made` (`NAME`, or a layer of that name, for each channel that programs of `Stream` made),
+    /// `Others` (whatever else a picture that was read has), `light_error` (by how much light that is found by samples may be off),
     /// `aa_error` (by which share of the pixel its coverage may be off, 0 to 1). `Z`, `N`, `P` and `Id` are
-    /// those of the face that covers most of the pixel, unfiltered.
+    /// those of the face that covers most of the pixel, unfiltered. Given, just these are written.
     pub channels: BTreeSet<Channel>,
-    /// Bits per sample: PNG 8 or 16, EXR 16 (half) or 32. Absent, the first. Z, P and ids are always 32.
+    /// Bits per sample: PNG 8 or 16, EXR 16 (half) or 32. Absent, the first; but of an EXR what was read with 32 bits
+    /// keeps them. Z, P, ids and whatever is neither colour nor a layer of light are never made fewer than they had.
     pub bits: Option<u32>,
 }
 
@@ -36,8 +41,29 @@ impl Default for Write {
         Write {
             image: Link::default(),
             path: OutFile::default(),
-            channels: BTreeSet::from([Channel::Color]),
+            channels: BTreeSet::from([Channel::Color, Channel::Others]),
             bits: None,
+        }
+    }
+}
+
+/// Whether what a picture has under a name is of one of some channels.
+fn is_of(channels: &BTreeSet<Channel>, name: &str, samples: &Samples) -> bool {
+    match Channel::of(name) {
+        Some(channel) => channels.contains(&channel),
+        None => {
+            let is_read = samples.is_from_file() || matches!(samples, Samples::Id(_));
+            channels.contains(if is_read { &Channel::Others } else { &Channel::Made })
+        }
+    }
+}
+
+impl Write {
+    /// The channels that the file has.
+    fn asked(&self) -> BTreeSet<Channel> {
+        match Format::of(Path::new(&self.path.0)) {
+            Ok(Format::Png) => BTreeSet::from([Channel::Color]),
+            _ => self.channels.clone(),
         }
     }
 }
@@ -56,8 +82,8 @@ impl Node for Write {
         let format = format.map_err(|e| FieldError::new("path", e.to_string()))?;
         format.bits(None).map_err(|e| FieldError::new("path", e.to_string()))?;
         format.bits(self.bits).map_err(|e| FieldError::new("bits", e.to_string()))?;
-        let has_color_only = self.channels == BTreeSet::from([Channel::Color]);
-        if format == Format::Png && !has_color_only {
+        let beside = |channel: &Channel| !matches!(channel, Channel::Color | Channel::Others);
+        if format == Format::Png && self.channels.iter().any(beside) {
             return Err(FieldError::new("channels", "a PNG holds `Color` only: write an .exr"));
         }
         if self.channels.is_empty() {
@@ -68,20 +94,41 @@ impl Node for Write {
 
     fn demand(&self, wanted: &Override, upstream: &mut Upstream<'_>) -> Result<()> {
         wanted.check_clobber(&upstream.directory().join(&self.path.0))?;
-        let (channels, changed) = (self.channels.clone(), wanted.clone());
+        let (channels, changed) = (self.asked(), wanted.clone());
         upstream.ask(&self.image, Picture { channels, changed });
         Ok(())
     }
 
     fn evaluate(&self, wanted: &Override, inputs: &Inputs<'_>) -> Result<Delivery> {
-        let image = inputs.get(&self.image);
+        let mut image = inputs.get(&self.image);
         let path = self.path.resolve(inputs);
-        let bytes = match wanted.window {
-            Some(window) if window != image.window => {
-                file::write(&image.cropped(window), &path, self.bits)?
-            }
-            _ => file::write(&image, &path, self.bits)?,
-        };
-        Ok(Delivery { path, bytes })
+        if let Some(window) = wanted.window
+            && window != image.window
+        {
+            image = Arc::new(image.cropped(window));
+        }
+        let asked = self.asked();
+        let unasked: Vec<String> = image
+            .channels()
+            .filter(|(name, samples)| !is_of(&asked, name, samples))
+            .map(|(name, _)| name.to_owned())
+            .collect();
+        if !unasked.is_empty() {
+            let own = Arc::make_mut(&mut image);
+            unasked.iter().for_each(|name| drop(own.remove(name)));
+        }
+        // What may be nothing is: layers of no lights, and what no program made.
+        let may_lack = [Channel::Light, Channel::Made, Channel::Others];
+        let lacking = asked.iter().filter(|channel| !may_lack.contains(channel)).find(|channel| {
+            !image.channels().any(|(name, _)| Channel::of(name) == Some(**channel))
+        });
+        if let Some(channel) = lacking {
+            let known: Vec<&str> = image.channels().map(|(name, _)| name).collect();
+            return Err(Error::invalid(format!(
+                "the picture has no channel {channel:?}: of what is asked for it has {}",
+                list(known)
+            )));
+        }
+        Ok(Delivery { bytes: file::write(&image, &path, self.bits)?, path })
     }
 }

@@ -19,7 +19,7 @@ use crate::camera::Camera;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Finish, Gloss};
-use crate::image::texels;
+use crate::image::file::Encoded;
 
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let (file, blob) = parse::parse(reader, bytes)?;
@@ -96,7 +96,9 @@ pub(in crate::scene) fn picture_bytes(path: &std::path::Path) -> Result<Vec<u64>
     let (file, blob) = parse::parse(&reader, &bytes)?;
     let mut buffers = Buffers::new(&file, blob);
     let one = |image: ::gltf::Image<'_>| {
-        held(&mut reader, &mut buffers, &image).map_or(0, |bytes| texels::bytes_of(&bytes))
+        let bytes = held(&mut reader, &mut buffers, &image).unwrap_or_default();
+        let picture = Encoded::of(path, &bytes);
+        picture.and_then(|picture| picture.head()).map_or(0, |head| head.mapped)
     };
     Ok(file.images().map(one).collect())
 }
@@ -155,7 +157,7 @@ impl Builder<'_> {
             let Some(texture) = file.textures().nth(texture) else { return };
             let picture = match texture.source().source() {
                 ::gltf::image::Source::Uri { uri, .. } if !uri.starts_with("data:") => {
-                    Picture::File(buffers::decoded(uri))
+                    Picture::Raw(buffers::decoded(uri))
                 }
                 _ => {
                     let name = self.reader.path.file_name().unwrap_or_default();

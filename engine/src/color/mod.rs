@@ -1,9 +1,13 @@
 //! Colours: scene-linear Rec. 709 primaries, 32-bit float. sRGB appears only at 8- and 16-bit files
 //! and where a person types a colour as `#rrggbb`.
 
+mod primaries;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::ops::{Add, Mul};
+
+pub use primaries::{D50, Primaries, REC_709, xyz_to_rec_709};
 
 use crate::math;
 

@@ -1,0 +1,217 @@
+//! The samples of a channel.
+
+use exr::prelude::f16;
+use std::sync::{Arc, OnceLock};
+
+use super::{Coded, Window};
+
+/// The samples of a channel, row by row over the data window.
+#[derive(Clone, Debug)]
+pub enum Samples {
+    /// Numbers.
+    Float(Vec<f32>),
+    /// Names: they are never mixed.
+    Id(Vec<u32>),
+    /// Numbers as a file has them. They are written as they were read: what has 32 bits keeps them.
+    FromFile(FromFile),
+}
+
+/// Numbers as a file has them; made into floats when they are asked for, and then kept.
+#[derive(Clone, Debug)]
+pub struct FromFile {
+    kept: Kept,
+    floats: OnceLock<Arc<[f32]>>,
+}
+
+#[derive(Clone, Debug)]
+enum Kept {
+    Half(Arc<[f16]>),
+    Float(Arc<[f32]>),
+    /// Red, green, blue or alpha of coded pixels: 0 to 3.
+    Coded(Arc<Coded>, usize),
+}
+
+impl Samples {
+    /// Numbers of 16 bits, as a file has them.
+    pub fn half(values: Vec<f16>) -> Samples {
+        Samples::kept(Kept::Half(values.into()))
+    }
+
+    /// Numbers of 32 bits, as a file has them.
+    pub fn exact(values: Vec<f32>) -> Samples {
+        Samples::kept(Kept::Float(values.into()))
+    }
+
+    /// Red, green, blue or alpha of coded pixels, 0 to 3.
+    pub fn of_coded(coded: &Arc<Coded>, channel: usize) -> Samples {
+        Samples::kept(Kept::Coded(coded.clone(), channel))
+    }
+
+    fn kept(kept: Kept) -> Samples {
+        Samples::FromFile(FromFile { kept, floats: OnceLock::new() })
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        match self {
+            Samples::Float(values) => values.len(),
+            Samples::Id(values) => values.len(),
+            Samples::FromFile(FromFile { kept, .. }) => match kept {
+                Kept::Half(values) => values.len(),
+                Kept::Float(values) => values.len(),
+                Kept::Coded(coded, _) => coded.area(),
+            },
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// One of the numbers; nothing if they are names.
+    #[inline]
+    pub fn number(&self, at: usize) -> Option<f32> {
+        match self {
+            Samples::Float(values) => values.get(at).copied(),
+            Samples::Id(_) => None,
+            Samples::FromFile(FromFile { kept, .. }) => match kept {
+                Kept::Half(values) => values.get(at).map(|v| v.to_f32()),
+                Kept::Float(values) => values.get(at).copied(),
+                Kept::Coded(coded, channel) => {
+                    (at < coded.area()).then(|| coded.linear(at)[*channel])
+                }
+            },
+        }
+    }
+
+    /// All numbers; nothing if they are names.
+    pub fn floats(&self) -> Option<&[f32]> {
+        match self {
+            Samples::Float(values) => Some(values),
+            Samples::Id(_) => None,
+            Samples::FromFile(FromFile { kept: Kept::Float(values), .. }) => Some(values),
+            Samples::FromFile(FromFile { kept, floats }) => {
+                Some(floats.get_or_init(|| match kept {
+                    Kept::Half(values) => values.iter().map(|v| v.to_f32()).collect(),
+                    Kept::Float(values) => values.clone(),
+                    Kept::Coded(coded, channel) => {
+                        (0..coded.area()).map(|at| coded.linear(at)[*channel]).collect()
+                    }
+                }))
+            }
+        }
+    }
+
+    /// Numbers of 16 bits, if a file has them so.
+    pub(super) fn halves(&self) -> Option<&[f16]> {
+        match self {
+            Samples::FromFile(FromFile { kept: Kept::Half(values), .. }) => Some(values),
+            _ => None,
+        }
+    }
+
+    /// Whether a file has them as numbers of 32 bits.
+    pub(super) fn is_exact(&self) -> bool {
+        matches!(self, Samples::FromFile(FromFile { kept: Kept::Float(_), .. }))
+    }
+
+    pub(super) fn coded(&self) -> Option<(&Arc<Coded>, usize)> {
+        match self {
+            Samples::FromFile(FromFile { kept: Kept::Coded(coded, channel), .. }) => {
+                Some((coded, *channel))
+            }
+            _ => None,
+        }
+    }
+
+    /// Those at some places; 0 where there is none.
+    pub fn moved(&self, places: &[Option<usize>]) -> Samples {
+        fn each<T: Copy + Default>(all: &[T], places: &[Option<usize>]) -> Vec<T> {
+            places.iter().map(|place| place.map_or_else(T::default, |at| all[at])).collect()
+        }
+        match self {
+            Samples::Float(all) => Samples::Float(each(all, places)),
+            Samples::Id(all) => Samples::Id(each(all, places)),
+            Samples::FromFile(FromFile { kept, .. }) => match kept {
+                Kept::Half(all) => Samples::half(each(all, places)),
+                Kept::Float(all) => Samples::exact(each(all, places)),
+                Kept::Coded(coded, channel) => Samples::Float(
+                    places
+                        .iter()
+                        .map(|at| at.map_or(0.0, |at| coded.linear(at)[*channel]))
+                        .collect(),
+                ),
+            },
+        }
+    }
+
+    /// Whether a file has them, and nothing was done to them since.
+    pub fn is_from_file(&self) -> bool {
+        matches!(self, Samples::FromFile(_))
+    }
+
+    /// Those in a window of pixels in rows of a size. Channels share what was `cut` of coded pixels.
+    pub(super) fn cropped(
+        &self,
+        size: (u32, u32),
+        window: Window,
+        cut: &mut Vec<(*const Coded, Arc<Coded>)>,
+    ) -> Samples {
+        fn part<T: Copy>(all: &[T], size: (u32, u32), window: Window) -> Vec<T> {
+            let row = |y: u32| {
+                let start = (window.y + y) as usize * size.0 as usize + window.x as usize;
+                &all[start..start + window.width as usize]
+            };
+            (0..window.height).flat_map(row).copied().collect()
+        }
+        match self {
+            Samples::Float(all) => Samples::Float(part(all, size, window)),
+            Samples::Id(all) => Samples::Id(part(all, size, window)),
+            Samples::FromFile(FromFile { kept, .. }) => match kept {
+                Kept::Half(all) => Samples::half(part(all, size, window)),
+                Kept::Float(all) => Samples::exact(part(all, size, window)),
+                Kept::Coded(coded, channel) => {
+                    let known = cut.iter().find(|(of, _)| *of == Arc::as_ptr(coded));
+                    let own = known.map(|(_, own)| own.clone()).unwrap_or_else(|| {
+                        let own = Arc::new(coded.cropped(window));
+                        cut.push((Arc::as_ptr(coded), own.clone()));
+                        own
+                    });
+                    Samples::of_coded(&own, *channel)
+                }
+            },
+        }
+    }
+
+    /// Bytes held, but for coded pixels, which channels share.
+    pub(super) fn bytes(&self) -> usize {
+        match self {
+            Samples::Float(values) => size_of_val(&**values),
+            Samples::Id(values) => size_of_val(&**values),
+            Samples::FromFile(FromFile { kept, floats }) => {
+                let decoded = floats.get().map_or(0, |values| size_of_val(&**values));
+                decoded
+                    + match kept {
+                        Kept::Half(values) => size_of_val(&**values),
+                        Kept::Float(values) => size_of_val(&**values),
+                        Kept::Coded(..) => 0,
+                    }
+            }
+        }
+    }
+}
+
+impl PartialEq for Samples {
+    /// Whether they are the same numbers or names, however they are kept.
+    fn eq(&self, other: &Samples) -> bool {
+        match (self, other) {
+            (Samples::Id(own), Samples::Id(others)) => own == others,
+            (Samples::Id(_), _) | (_, Samples::Id(_)) => false,
+            (own, others) => {
+                own.len() == others.len()
+                    && (0..own.len()).all(|at| own.number(at) == others.number(at))
+            }
+        }
+    }
+}

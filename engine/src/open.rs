@@ -1,0 +1,250 @@
+//! Opening files that other programs made: their bytes, their text, what they are, and a guard around the
+//! libraries that decode them.
+//!
+//! Every reader of pictures, scenes, lamps and graphs opens its files here, so that an empty file, a byte
+//! order mark or a file under a wrong name is the same to all of them.
+
+use std::borrow::Cow;
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Once;
+
+use crate::error::{Error, Result};
+
+/// Reads a file.
+///
+/// # Errors
+/// If it cannot be read, is a folder, or is empty.
+pub fn bytes(path: &Path) -> Result<Vec<u8>> {
+    let bytes = std::fs::read(path).map_err(|error| match path.is_dir() {
+        true => Error::in_file(path, "it is a folder, not a file"),
+        false => Error::file(path, error),
+    })?;
+    if bytes.is_empty() {
+        return Err(Error::in_file(path, "the file is empty: was it copied or downloaded whole?"));
+    }
+    Ok(bytes)
+}
+
+/// The text of a file.
+#[derive(Clone, Debug)]
+pub struct Text<'b> {
+    /// The text, its lines ended by `\n`, without a byte order mark.
+    pub text: Cow<'b, str>,
+    /// What is doubtful in it, for its reader.
+    pub note: Option<String>,
+}
+
+/// The text that bytes are: UTF-8; UTF-16, by its byte order mark or by its zeros; or else Windows-1252,
+/// of which Latin-1 is a part. Lines may end as they do on any system.
+///
+/// # Errors
+/// If they are no text, with the first byte that shows it.
+pub fn text<'b>(path: &Path, bytes: &'b [u8]) -> Result<Text<'b>> {
+    let (text, note) = match bytes {
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => {
+            return Err(Error::at_byte(path, 0, "UTF-32 text: save it as UTF-8"));
+        }
+        [0xff, 0xfe, rest @ ..] => (utf_16(path, rest, u16::from_le_bytes, 2)?, None),
+        [0xfe, 0xff, rest @ ..] => (utf_16(path, rest, u16::from_be_bytes, 2)?, None),
+        [0xef, 0xbb, 0xbf, rest @ ..] => utf_8(rest),
+        [first, 0, second, 0, ..] if *first != 0 && *second != 0 => {
+            (utf_16(path, bytes, u16::from_le_bytes, 0)?, None)
+        }
+        [0, first, 0, second, ..] if *first != 0 && *second != 0 => {
+            (utf_16(path, bytes, u16::from_be_bytes, 0)?, None)
+        }
+        _ => utf_8(bytes),
+    };
+    let is_control = |c: char| matches!(c, '\0'..='\x08' | '\x0e'..='\x1f') && c != '\x1b';
+    if let Some((at, c)) = text.char_indices().find(|(_, c)| is_control(*c)) {
+        let message = format!("not text: it has a byte {:#04x}", c as u32);
+        return Err(Error::at_byte(path, at as u64, message));
+    }
+    let text = if text.contains('\r') {
+        Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n"))
+    } else {
+        text
+    };
+    Ok(Text { text, note })
+}
+
+fn utf_8(bytes: &[u8]) -> (Cow<'_, str>, Option<String>) {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => (Cow::Borrowed(text), None),
+        Err(error) => {
+            let line = bytes[..error.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
+            let note = format!(
+                "line {line} is not UTF-8: all of it is read as Windows-1252 (Latin-1); if names look \
+                 wrong, save it as UTF-8"
+            );
+            (Cow::Owned(bytes.iter().map(|byte| windows_1252(*byte)).collect()), Some(note))
+        }
+    }
+}
+
+fn utf_16<'b>(
+    path: &Path,
+    bytes: &[u8],
+    unit: impl Fn([u8; 2]) -> u16,
+    before: u64,
+) -> Result<Cow<'b, str>> {
+    let pairs = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    let mut text = String::with_capacity(bytes.len() / 2);
+    for (at, c) in char::decode_utf16(pairs).enumerate() {
+        text.push(c.map_err(|_| {
+            let byte = before + 2 * at as u64;
+            Error::at_byte(path, byte, "not sound UTF-16 text: save it as UTF-8")
+        })?);
+    }
+    if !bytes.len().is_multiple_of(2) {
+        let byte = before + bytes.len() as u64 - 1;
+        return Err(Error::at_byte(path, byte, "UTF-16 text that ends within a letter"));
+    }
+    Ok(Cow::Owned(text))
+}
+
+/// The letter of a byte: as in Latin-1, but for those that Windows puts in place of its control characters.
+fn windows_1252(byte: u8) -> char {
+    const UPPER: [char; 32] = [
+        '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž',
+        '\u{8f}', '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}',
+        'ž', 'Ÿ',
+    ];
+    match byte {
+        0x80..=0x9f => UPPER[usize::from(byte - 0x80)],
+        _ => char::from(byte),
+    }
+}
+
+/// What a file is, by its first bytes, in the words of an error: "a PNG picture"; `None` if they say nothing.
+pub fn kind(bytes: &[u8]) -> Option<&'static str> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let starts: [(&[u8], &str); 36] = [
+        (b"\x89PNG\r\n\x1a\n", "a PNG picture"),
+        (b"\xff\xd8\xff", "a JPEG picture"),
+        (b"\x76\x2f\x31\x01", "an OpenEXR picture"),
+        (b"#?RADIANCE", "a Radiance picture (.hdr)"),
+        (b"#?RGBE", "a Radiance picture (.hdr)"),
+        (b"II*\0", "a TIFF picture"),
+        (b"MM\0*", "a TIFF picture"),
+        (b"II+\0", "a BigTIFF picture"),
+        (b"MM\0+", "a BigTIFF picture"),
+        (b"GIF8", "a GIF picture"),
+        (b"8BPS", "a Photoshop picture (.psd)"),
+        (b"DDS ", "a DDS texture"),
+        (b"\xabKTX", "a KTX texture"),
+        (b"qoif", "a QOI picture"),
+        (b"\xff\x0a", "a JPEG XL picture"),
+        (b"\0\0\0\x0cJXL ", "a JPEG XL picture"),
+        (b"SIMPLE  =", "a FITS picture"),
+        (b"SDPX", "a DPX picture"),
+        (b"XPDS", "a DPX picture"),
+        (b"glTF", "a binary glTF scene (.glb)"),
+        (b"ply\n", "a PLY mesh"),
+        (b"ply\r", "a PLY mesh"),
+        (b"SPANDRELscen", "a binary scene of Spandrel (.scene)"),
+        (b"SPANDRELspan", "a file of spans (.span)"),
+        (b"Kaydara FBX", "an FBX scene"),
+        (b"BLENDER", "a Blender file"),
+        (b"PXR-USDC", "a USD scene"),
+        (b"#usda", "a USD scene"),
+        (b"Ogawa", "an Alembic archive"),
+        (b"ISO-10303-21", "a STEP or IFC file"),
+        (b"PK\x03\x04", "a zip archive"),
+        (b"\x1f\x8b", "compressed by gzip"),
+        (b"\x28\xb5\x2f\xfd", "compressed by zstd"),
+        (b"%PDF", "a PDF document"),
+        (b"IESNA", "a lamp's photometry (IES)"),
+        (b"<!DOCTYPE html", "a web page"),
+    ];
+    if let Some((_, name)) = starts.iter().find(|(start, _)| bytes.starts_with(start)) {
+        return Some(name);
+    }
+    match bytes {
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some("a WebP picture"),
+        [_, _, _, _, b'f', b't', b'y', b'p', b'a', b'v', b'i', b'f' | b's', ..] => {
+            Some("an AVIF picture")
+        }
+        [_, _, _, _, b'f', b't', b'y', b'p', b'h' | b'm', ..] => Some("a HEIF picture"),
+        [b'B', b'M', _, _, _, _, 0, 0, 0, 0, ..] => Some("a BMP picture"),
+        _ if bytes.starts_with(b"<html") => Some("a web page"),
+        _ => None,
+    }
+}
+
+thread_local! {
+    static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs a decoder that may break on bytes that nobody tried: a panic becomes an error that says so. Nothing is
+/// printed of it.
+///
+/// # Errors
+/// If it panics; the message.
+pub fn guarded<T>(run: impl FnOnce() -> T) -> std::result::Result<T, String> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let others = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |about| {
+            if !IS_GUARDED.get() {
+                others(about);
+            }
+        }));
+    });
+    let before = IS_GUARDED.replace(true);
+    let made = catch_unwind(AssertUnwindSafe(run));
+    IS_GUARDED.set(before);
+    made.map_err(|panic| {
+        let said = panic.downcast_ref::<String>().map(String::as_str);
+        let said = said.or_else(|| panic.downcast_ref::<&str>().copied());
+        format!("the file is damaged: its decoder broke ({})", said.unwrap_or("without a word"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(bytes: &[u8]) -> std::result::Result<(String, bool), String> {
+        let read = text(Path::new("a.txt"), bytes);
+        read.map(|t| (t.text.into_owned(), t.note.is_some())).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn text_is_the_same_however_it_was_saved() {
+        let text = "Häuser\n€ 5\n";
+        let utf_16 =
+            |unit: fn(u16) -> [u8; 2]| -> Vec<u8> { text.encode_utf16().flat_map(unit).collect() };
+        let mark = |mark: &[u8], rest: &[u8]| [mark, rest].concat();
+        for bytes in [
+            text.as_bytes().to_vec(),
+            mark(b"\xef\xbb\xbf", text.as_bytes()),
+            mark(b"\xff\xfe", &utf_16(u16::to_le_bytes)),
+            mark(b"\xfe\xff", &utf_16(u16::to_be_bytes)),
+            "Häuser\r\n€ 5\r\n".as_bytes().to_vec(),
+            "Häuser\r€ 5\r".as_bytes().to_vec(),
+        ] {
+            assert_eq!(read(&bytes).unwrap(), (text.to_owned(), false), "{bytes:?}");
+        }
+        assert_eq!(read(b"H\xe4user\n\x80 5\n").unwrap(), (text.to_owned(), true));
+        let plain: Vec<u8> = "ply x".encode_utf16().flat_map(u16::to_le_bytes).collect();
+        assert_eq!(read(&plain).unwrap(), ("ply x".to_owned(), false), "without a mark");
+    }
+
+    #[test]
+    fn what_is_no_text_is_told_with_its_byte() {
+        assert!(read(b"abc\0def").unwrap_err().contains("byte 3"), "{:?}", read(b"abc\0def"));
+        assert!(read(b"\xff\xfea\0b").unwrap_err().contains("byte 4"));
+        assert!(read(b"\xff\xfe\x00\xd8").unwrap_err().contains("UTF-16"));
+        assert!(read(b"\xff\xfe\0\0a\0\0\0").unwrap_err().contains("UTF-32"));
+    }
+
+    #[test]
+    fn a_decoder_that_breaks_is_an_error() {
+        let broken = guarded(|| -> u32 { panic!("index 7") });
+        assert!(broken.unwrap_err().contains("index 7"));
+        assert_eq!(guarded(|| 5), Ok(5));
+    }
+}
