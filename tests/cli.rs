@@ -520,3 +520,50 @@ fn what_was_written_before_a_failure_is_told() {
     let was_written = folder.png("out/a.png").is_some();
     assert_eq!(ran.err.contains("written before the failure by: file"), was_written, "{ran:?}");
 }
+
+#[test]
+fn faults_at_letters_of_any_length_are_told() {
+    let folder = Folder::new("letters");
+    let letters = [
+        "\u{e9}",
+        "\u{65e5}",
+        "\u{1f332}",
+        "\u{200b}",
+        "a\u{301}",
+        "\u{feff}",
+        "\\t",
+        "\u{a0}",
+        "\u{202e}",
+    ];
+    for letter in letters {
+        let bodies = [
+            format!(r#""s": Stream(image: "boxes", code: "color = {letter};")"#),
+            format!(r#""s": Stream(image: "boxes", code: "{letter}")"#),
+            format!(
+                r#""s": Stream(image: "boxes", code: "color = 1 {letter}", numbers: {{"{letter}": 1}})"#
+            ),
+            format!(r#""s": Stream(image: "boxes", {letter}: 1)"#),
+            format!(r#""s": Stream(image: "{letter}")"#),
+            format!(r#""s{letter}": Strem{letter}(image: "boxes")"#),
+            format!(r#""s": Stream(image: "boxes", code: "object('{letter}')" "#),
+            format!(r#""s": Write(image: "picture", path: "{letter}.gif"){letter}"#),
+        ];
+        for body in bodies {
+            let text = GRAPH.replace("\"file\"", &format!("{body},\n\"file\""));
+            std::fs::write(folder.0.join("l.ron"), text).unwrap();
+            for command in ["check", "render", "info"] {
+                let ran = folder.run(&[command, "l.ron"]);
+                assert!(ran.code.is_some_and(|code| code != 101), "{command} {body}: {ran:?}");
+                assert!(ran.code == Some(0) || !ran.err.is_empty(), "{command} {body}: {ran:?}");
+            }
+        }
+        for argument in [
+            format!("p{letter}.size=3"),
+            format!("picture.size=({letter})"),
+            format!("picture.{letter}=1"),
+        ] {
+            let ran = folder.run(&["render", "g.ron", "--set", &argument]);
+            assert!(ran.code.is_some_and(|code| code != 0 && code != 101), "{argument}: {ran:?}");
+        }
+    }
+}

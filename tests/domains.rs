@@ -16,7 +16,9 @@ use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture::{By, Mapping};
 use spandrel_engine::trace::Accelerator;
 use spandrel_engine::visible;
+use spandrel_tests::graphs::Nodes;
 use spandrel_tests::lights::{illuminate, sun};
+use spandrel_tests::program::Scratch;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -276,17 +278,12 @@ fn mirrors_show_domains_and_tables_without_an_index_are_told() {
     bad(Define::Checker, &[(0, "red"), (1, "blue")], "no material \"blue\"");
     bad(Define::Checker, &[(0, "red"), (1, "floor")], "has domains itself");
     bad(Define::Picture(String::new()), &[(0, "red")], "names no file");
-    let glass = Material { alpha: 0.5, alpha_mode: AlphaMode::Blend, ..red() };
-    let table = [(0, "red"), (1, "glass")];
-    let materials =
-        [("floor", divided(Define::Checker, 2.0, &table)), ("red", red()), ("glass", glass)];
-    assert!(floor(2.0, &materials).unwrap_err().contains("not opaque"));
     let glass = Material {
         alpha_mode: AlphaMode::Blend,
         ..divided(Define::Checker, 2.0, &[(0, "red"), (1, "green")])
     };
     let materials = [("floor", glass), ("red", red()), ("green", green())];
-    assert!(floor(2.0, &materials).unwrap_err().contains("what is divided is opaque"));
+    assert!(floor(2.0, &materials).unwrap_err().contains("give them the alpha_mode"));
     // An index that only the picture knows.
     let stray = pattern("stray.png", 8, |x, y| if (x, y) == (3, 5) { 9 } else { 1 });
     let material = divided(Define::Picture(stray.clone()), 2.0, &[(1, "red")]);
@@ -299,4 +296,57 @@ fn mirrors_show_domains_and_tables_without_an_index_are_told() {
     let material = divided(Define::Picture("no such.png".into()), 2.0, &[(1, "red")]);
     let scene = floor(2.0, &[("floor", material), ("red", red())]).unwrap();
     assert!(shown(&spans(&scene, &above(2.0, 8))).unwrap_err().contains("no such.png"));
+}
+
+#[test]
+fn bundles_may_let_light_through() {
+    // Squares of red beside squares that are cut away, or of which a quarter is there: seen, half of a floor is red.
+    let table: &[(u8, &str)] = &[(0, "gone"), (1, "red")];
+    let gone = Material { alpha: 0.0, alpha_mode: AlphaMode::Mask(0.5), ..green() };
+    let thin = Material { alpha: 0.25, alpha_mode: AlphaMode::Blend, ..green() };
+    for (other, expected) in
+        [(gone.clone(), [0.5, 0.0, 0.0, 0.5]), (thin, [0.5, 0.125, 0.0, 0.625])]
+    {
+        let materials =
+            [("floor", divided(Define::Checker, 0.5, table)), ("gone", other), ("red", red())];
+        let scene = floor(2.0, &materials).unwrap();
+        let seen = mean(&shown(&spans(&scene, &above(2.0, 24))).unwrap());
+        assert!(seen.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3), "{seen:?}");
+    }
+    // Its shadow has the same holes: half of the light of a sun straight above arrives on what lies below.
+    let folder = Scratch::new("bundles_may_let_light_through");
+    let scene = r#"Scene(materials: {
+            "roof": (domains: (define: Checker, mapping: (by: Y, length: (0.5, 0.5)), table: {0: "gone", 1: "red"})),
+            "gone": (alpha: 0, alpha_mode: Mask(0.5)), "red": (color: (1, 0, 0)), "white": (color: 1),
+        }, plans: [(name: "p", root: (children: [
+            (material: "roof", shape: Polygon(outline: [(-2, 0, 2), (2, 0, 2), (2, 0, -2), (-2, 0, -2)])),
+            (material: "white", shape: Polygon(outline: [(-1, -1, 1), (1, -1, 1), (1, -1, -1), (-1, -1, -1)])),
+        ]))])"#;
+    std::fs::write(folder.path().join("s.ron"), scene).unwrap();
+    for shadows in ["Volumes", "Rays(16)"] {
+        let nodes = format!(
+            r#""eye": Camera(position: (0, -0.5, 0), look_at: (0, -2, 0), up: (0, 0, -1), parallel_height: 2),
+            "s": Scanline(scene: "s.ron", camera: "eye"), "sun": ParallelLight(direction: (0, -1, 0)),
+            "lit": Illuminate(image: "s", lights: ["sun"], ambient: 0, white: 1, shadows: {shadows}),
+            "p": Resolve(image: "lit", size: (32, 32), lines: Sloped(4))"#
+        );
+        let made = Nodes::new(folder.path(), &nodes).picture("p", None).unwrap();
+        let [seen, ..] = mean(&made.image);
+        assert!((seen - 0.5).abs() < 0.02, "{shadows}: {seen}");
+    }
+}
+
+#[test]
+fn a_table_may_have_all_indices_that_a_byte_has() {
+    let path = pattern("all.png", 16, |x, y| (x + 16 * y) as u8);
+    let names: Vec<String> = (0..=255u8).map(|i| format!("m{i}")).collect();
+    let table: Vec<(u8, &str)> = (0..=255).zip(names.iter().map(String::as_str)).collect();
+    let grey = |i: usize| unlit(Color::grey(i as f32 / 255.0));
+    let mut materials = vec![("floor", divided(Define::Picture(path), 2.0, &table))];
+    materials.extend(names.iter().enumerate().map(|(i, name)| (name.as_str(), grey(i))));
+    let scene = floor(1.0, &materials).unwrap();
+    let seen = shown(&spans(&scene, &above(2.0, 16))).unwrap();
+    let mut values: Vec<u32> = seen.pixels().map(|[r, ..]| (r * 255.0).round() as u32).collect();
+    values.sort_unstable();
+    assert!(values.iter().copied().eq(0..256), "{values:?}");
 }

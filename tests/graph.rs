@@ -341,6 +341,6 @@ fn a_scenes_environment_is_the_default_of_light_and_fog() {
     // What is said counts for more; without an environment there are defaults.
     let bare = picture("bare", "", "");
     assert!(bare != said);
-    assert!(picture("known", "ambient: 0.1, shadows: Off", "density: 0.01") == bare);
+    assert!(picture("known", "ambient: 0.1, shadows: Volumes", "density: 0.01") == bare);
     std::fs::remove_dir_all(&folder).ok();
 }

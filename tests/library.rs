@@ -110,20 +110,22 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 28] = [
+const LAYERS: [(&str, &[&str]); 30] = [
     ("error", &[]),
     ("math", &[]),
     ("key", &[]),
     ("output", &["error"]),
     ("text", &[]),
+    ("machine", &[]),
+    ("open", &["error"]),
     ("color", &["math"]),
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),
-    ("image", &["error", "color", "output"]),
+    ("image", &["color", "error", "machine", "math", "open", "output", "text"]),
     ("polygon", &[]),
     ("packed", &["color"]),
     ("trace", &["camera", "math", "polygon"]),
-    ("stream", &["color", "error", "math"]),
+    ("stream", &["color", "error", "math", "text"]),
     ("texture", &["color", "error", "image", "key", "math"]),
     ("picture", &["color", "error", "image", "key", "math", "polygon", "texture"]),
     ("fragment", &["camera", "color", "error", "key", "texture", "trace"]),

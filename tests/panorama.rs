@@ -198,8 +198,8 @@ fn pictures_that_are_no_panorama_are_refused() {
     let low = painted(4, |_| Color::WHITE);
     assert!(error("low.exr", Some(low)).contains("4 rows"));
     let mut grey = Image::new((16, 8), Window::whole(16, 8));
-    grey.insert("Y", Samples::Float(vec![1.0; 128])).unwrap();
-    assert!(error("grey.exr", Some(grey)).contains("no channel R"));
+    grey.insert("Z", Samples::Float(vec![1.0; 128])).unwrap();
+    assert!(error("depth.exr", Some(grey)).contains("channel"));
     // One pixel as bright as numbers go, beside a sky as dark as numbers go.
     let wild = painted(8, |d| Color::grey(if d.y < -0.9 { 3e38 } else { 1e-42 }));
     assert!(error("wild.exr", Some(wild)).contains("too bright"));

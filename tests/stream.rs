@@ -157,7 +157,17 @@ fn texts_that_are_no_programs_are_told_where() {
         ("voronoi(P, 9)", "1, 2, 3 or 4"),
         ("remap(P, 1, 1, 1, 3)", "0, 1 or 2"),
         ("material(P)", "material wants a name in quotes"),
-        ("def f(a) { f(a) } f(1)", "calls itself"),
+        ("def f(a) { f(a) } f(1)", "f calls itself: functions cannot"),
+        ("def f(a) { g(a) } def g(a) { f(a) } f(1)", "(f calls g calls f)"),
+        ("smothstep(x, 0, 1)", "did you mean \"smoothstep\"?"),
+        ("obect('x')", "did you mean \"object\"?"),
+        ("color = colour;", "did you mean \"color\"?"),
+        ("color = 1; // red", "line 1, column 12: a comment begins with #"),
+        ("/* red */ 1", "a comment begins with #"),
+        ("if (x = 1) { color = 1; }", "two values are compared by =="),
+        ("a\u{df}e = 1;", "names are letters a to z"),
+        ("object(\u{201c}x\u{201d})", "quotes are"),
+        ("1 \u{2212} 2", "a minus is -"),
         ("def f(a) { a = 1; } f(1)", "must end with a value"),
         ("def sin(a) { a } sin(1)", "already"),
         ("def f(a) { a } def f(a) { a + 1 } f(1)", "two functions \"f\""),
@@ -173,6 +183,11 @@ fn texts_that_are_no_programs_are_told_where() {
         let error = program(code).err().unwrap_or_else(|| panic!("{code}"));
         assert!(error.contains(expected), "{code}: {error}");
     }
+    // Deep is not around.
+    let mut chain = "def f0(a) { a }\n".to_owned();
+    (1..40).for_each(|i| chain += &format!("def f{i}(a) {{ f{}(a) }}\n", i - 1));
+    let error = program(&(chain + "f39(1)")).unwrap_err();
+    assert!(error.contains("more than 32 deep") && !error.contains("itself"), "{error}");
     let deep = format!("{}1{}", "(".repeat(5000), ")".repeat(5000));
     assert!(program(&deep).unwrap_err().contains("nested"));
     assert!(program(&"-".repeat(100_000)).unwrap_err().contains("nested"));

@@ -41,7 +41,7 @@ fn inspect(graph: &Graph, args: &Inspect) -> Result<()> {
     ids.push(node);
     let mut wishes = Wishes::new();
     for id in &ids {
-        wishes.want::<SpanImage>(id, Lines { raster, plan, rows: row..row + 1 });
+        wishes.want::<SpanImage>(id, Lines { raster, plan, rows: row..row + 1, layered: false });
     }
     let fail = |failure: Failure| Error::invalid(failure.to_string());
     let wanted = Plan::new(graph, &wishes).map_err(fail)?;

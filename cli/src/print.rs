@@ -47,8 +47,9 @@ pub(crate) fn diagnostics(path: &Path, text: &str, diagnostics: &[Diagnostic]) {
             Severity::Error => Level::ERROR,
             Severity::Warning => Level::WARNING,
         };
-        let end = diagnostic.span.end.min(text.len());
-        let span = diagnostic.span.start.min(end)..end;
+        // Whole letters, whatever bytes are blamed.
+        let end = text.ceil_char_boundary(diagnostic.span.end.min(text.len()));
+        let span = text.floor_char_boundary(diagnostic.span.start.min(end))..end;
         let blamed = AnnotationKind::Primary.span(span).label(diagnostic.label.as_str());
         let snippet = Snippet::source(text).path(path.as_str()).annotation(blamed);
         let mut group = level.primary_title(diagnostic.message.as_str()).element(snippet);

@@ -204,7 +204,8 @@ pub fn image(
         Scene::new(&document(&cards, Toward::eye(view))?, None, &stand.label, key, Path::new(""))?;
     let (casters, fault) = (OnceLock::new(), FirstError::default());
     let surfaces = Arc::new(Billboards { subjects, trees, cards, stand, casters, fault });
-    let cluster = Cluster { scene: Arc::new(scene), priority: 0, surfaces: Some(surfaces) };
+    let surfaces: Option<Arc<dyn Surfaces>> = Some(surfaces);
+    let cluster = Cluster { surfaces, ..Arc::new(scene).into() };
     visible::render(&[cluster], view, plan, rows)
 }
 

@@ -67,11 +67,14 @@ pub struct Lines {
     pub plan: LinePlan,
     /// The rows that are needed.
     pub rows: Rows,
+    /// Whether what lies behind opaque surfaces is needed too: something changes how much of it they hide.
+    pub layered: bool,
 }
 
 impl Demand for Lines {
     fn cover(&mut self, other: &Lines) -> bool {
-        let fits = (self.raster, self.plan) == (other.raster, other.plan);
+        let fits =
+            (self.raster, self.plan, self.layered) == (other.raster, other.plan, other.layered);
         if fits {
             self.rows = self.rows.start.min(other.rows.start)..self.rows.end.max(other.rows.end);
         }
@@ -109,6 +112,9 @@ impl Lamps {
     /// # Errors
     /// If a number is out of range, or a file cannot be read.
     pub fn one(light: &dyn MakeLamp, inputs: &Inputs<'_>) -> Result<Lamps> {
+        if let Some(doubt) = light.doubt() {
+            inputs.warn(&doubt);
+        }
         Ok(Lamps(vec![light.lamp("", inputs.directory())?]))
     }
 

@@ -245,7 +245,7 @@ fn japanese() {
         [own[0], own[1], own[2], 1.0]
     });
     // Cranes over waves, cut out of a board.
-    paint("transom.png", 512, 128, |u, v| {
+    let transom = |u: f32, v: f32| {
         let (x, y) = (u * 4.0, v);
         let grain = layers(x * 2.0, y * 26.0, 64, 70);
         let mut wood = mix([0.62, 0.42, 0.25], [0.4, 0.25, 0.14], grain);
@@ -292,5 +292,11 @@ fn japanese() {
             wood = mix(wood, [0.34, 0.21, 0.12], 0.4);
         }
         [wood[0], wood[1], wood[2], there]
+    };
+    paint("transom.png", 512, 128, transom);
+    // Its trigger pattern: the byte 1 where there is wood, 0 where it is cut away.
+    paint("transom_index.png", 512, 128, |u, v| {
+        let index = if transom(u, v)[3] >= 0.5 { 1.0 / 255.0 } else { 0.0 };
+        [index, index, index, 1.0]
     });
 }

@@ -1,6 +1,7 @@
 //! What tests and benches share: generated scenes, random numbers, the folder of real data.
 
 pub mod data;
+pub mod graphs;
 pub mod known;
 pub mod lights;
 pub mod papers;

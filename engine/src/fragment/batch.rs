@@ -177,6 +177,12 @@ impl<'v> Fragments<'v> {
 
     /// How much its surface hides of what is behind it at the first fragment.
     pub(super) fn first_alpha<S: Surfaces + ?Sized>(mut self, surfaces: &S) -> f32 {
+        let parts = surfaces.divide(&self);
+        if !parts.is_empty() {
+            let mut wide = self.parts(&parts);
+            wide.fill(Columns::COLOR, surfaces);
+            return parts.iter().zip(&wide.alpha).map(|((.., share), alpha)| share * alpha).sum();
+        }
         self.fill(Columns::COLOR, surfaces);
         self.alpha.first().copied().unwrap_or(1.0)
     }

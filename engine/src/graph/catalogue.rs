@@ -135,36 +135,6 @@ pub(super) fn visit(schema: &Json, parameters: &Json, found: &mut impl FnMut(&st
     }
 }
 
-/// A node's parameters without the names of the nodes that it links: what it does, wherever its inputs
-/// come from.
-pub(super) fn without_links(schema: &Json, parameters: &Json) -> Json {
-    let mut bare = parameters.clone();
-    if let Some(properties) = schema.get("properties").and_then(Json::as_object) {
-        for (name, schema) in properties {
-            if let Some(value) = bare.get_mut(name) {
-                blank_links(schema, value);
-            }
-        }
-    }
-    bare
-}
-
-fn blank_links(schema: &Json, value: &mut Json) {
-    match value {
-        Json::String(target) if schema.get(LINK).is_some() => target.clear(),
-        Json::Array(values) => {
-            if let Some(items) = schema.get("items") {
-                values.iter_mut().for_each(|value| blank_links(items, value));
-            }
-        }
-        _ => {
-            for choice in schema.get("anyOf").and_then(Json::as_array).into_iter().flatten() {
-                blank_links(choice, value);
-            }
-        }
-    }
-}
-
 fn visit_value(schema: &Json, value: &Json, found: &mut dyn FnMut(Leaf)) {
     let text = |key: &str| schema.get(key).and_then(Json::as_str);
     if let (Some(of), Some(target)) = (text(LINK), value.as_str()) {

@@ -53,7 +53,7 @@ impl Diagnostic {
 
     /// The line and column, from 1, at which the place begins; the column in characters.
     pub fn position(&self, text: &str) -> (usize, usize) {
-        let before = text.get(..self.span.start).unwrap_or(text);
+        let before = &text[..text.floor_char_boundary(self.span.start.min(text.len()))];
         let line = before.matches('\n').count() + 1;
         let start = before.rfind('\n').map_or(0, |at| at + 1);
         (line, before[start..].chars().count() + 1)

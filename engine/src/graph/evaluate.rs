@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use super::catalogue;
 use super::check::Graph;
 use super::demand::{Failure, Instance, Plan};
 use super::node::Link;
@@ -305,14 +304,14 @@ impl<'a> Evaluation<'a> {
         }
     }
 
-    /// What an instance's value depends on: its kind and this build, its parameters, what is asked of
-    /// it, its inputs' contents, the contents of the files that it reads.
+    /// What an instance's value depends on: its kind and this build, its parameters, the names of the nodes that
+    /// it links among them, what is asked of it, its inputs' contents, the contents of the files that it reads.
     fn key(&self, instance: &Instance, values: &[(&str, AnyValue)]) -> Result<Key> {
         let node = &self.graph.nodes[instance.node];
         let mut key = KeyHasher::new("node");
         key.bytes(env!("CARGO_PKG_VERSION").as_bytes());
         key.bytes(node.kind.name.as_bytes());
-        key.value(&catalogue::without_links(&node.kind.schema, &node.node.parameters()));
+        key.value(&node.node.parameters());
         key.value(&instance.demand.json());
         for (_, value) in values {
             key.key(value.key.expect("every value got a key when it was made"));

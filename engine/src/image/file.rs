@@ -155,15 +155,23 @@ impl Format {
     }
 }
 
-/// Writes a picture, whole or not at all; returns the file's length.
+/// Writes a picture, whole or not at all, each sample as the nearest that the file has; returns the file's length.
 ///
 /// # Errors
 /// If the format is not known, does not have the bits, or the file cannot be written.
 pub fn write(image: &Image, path: &Path, bits: Option<u32>) -> Result<u64> {
+    write_as(image, path, bits, false)
+}
+
+/// As [`write`]; colours of 8 bits are dithered by less than half a step, if they are to be.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_as(image: &Image, path: &Path, bits: Option<u32>, is_dithered: bool) -> Result<u64> {
     let format = Format::of(path)?;
     let depth = format.bits(bits).map_err(|e| Error::output(path, e))?;
     output::write(path, |out| match format {
-        Format::Png => png::write(image, depth, path, out),
+        Format::Png => png::write(image, depth, is_dithered, path, out),
         _ => exr::write(image, bits, path, out),
     })
 }

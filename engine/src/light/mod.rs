@@ -84,6 +84,11 @@ pub trait Light: Send + Sync + Debug {
         None
     }
 
+    /// The unit vector to the sun that a sky has been made for, if it has one.
+    fn sun(&self) -> Option<DVec3> {
+        None
+    }
+
     /// The irradiance of a receiver with nothing in the way, in lux.
     fn irradiance(&self, at: &Receiver) -> Color;
 

@@ -116,7 +116,8 @@ impl Panorama {
     /// # Errors
     /// If it cannot be read, or is none.
     pub fn read(path: &Path, turn: f64) -> Result<Panorama> {
-        let made = Panorama::of(&file::read(path)?, turn);
+        let (picture, _) = file::Encoded::open(path)?.image(&file::Select::color(), None)?;
+        let made = Panorama::of(&picture, turn);
         Ok(made.map_err(|error| Error::in_file(path, error.to_string()))?.0)
     }
 

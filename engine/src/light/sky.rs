@@ -237,6 +237,10 @@ impl Light for Sky {
         None
     }
 
+    fn sun(&self) -> Option<DVec3> {
+        (!matches!(self.model, SkyModel::Uniform | SkyModel::Overcast)).then_some(self.sun)
+    }
+
     fn irradiance(&self, at: &Receiver) -> Color {
         let up = at.normal.y.clamp(-1.0, 1.0);
         let below = self.ground * (1.0 - up) / 2.0;

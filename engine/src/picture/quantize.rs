@@ -7,11 +7,12 @@ use quantette::kmeans::KmeansOptions;
 use quantette::{ImageRef, PaletteBuf, PaletteSize, Pipeline, QuantizeMethod};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::{straight, with_pixels};
 use crate::color::{Color, decode_srgb, encode_srgb};
 use crate::error::{Error, Result};
-use crate::image::{Image, Samples, Window};
+use crate::image::{Image, Samples};
 
 /// How colours between those of a palette are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -36,6 +37,9 @@ pub enum Palette {
 
 type Bytes = Srgb<u8>;
 
+/// About how many colours are clustered.
+const MOST_POINTS: f64 = 262_144.0;
+
 fn bytes(pixel: [f32; 4]) -> Bytes {
     let [r, g, b, _] = straight(pixel);
     let byte = |v: f32| (encode_srgb(v) * 255.0).round() as u8;
@@ -47,15 +51,53 @@ fn size_of(count: u32) -> Result<PaletteSize> {
     size.filter(|_| count > 0).ok_or_else(|| Error::invalid("a palette has 1 to 256 colours"))
 }
 
-/// Chooses colours by what a picture has, always the same.
-fn own(pixels: &[Bytes], window: Window, count: u32) -> Result<Pipeline> {
-    if pixels.is_empty() {
-        return Err(Error::invalid("the picture holds no pixels"));
+/// Colours by how many pixels have them.
+type Counts = HashMap<[u8; 3], u32>;
+
+fn counted<'b>(pixels: impl Iterator<Item = &'b Bytes>) -> Counts {
+    let mut counts = Counts::new();
+    pixels.for_each(|c| *counts.entry([c.red, c.green, c.blue]).or_default() += 1);
+    counts
+}
+
+fn palette_of(colors: Vec<Bytes>) -> Result<PaletteBuf<Bytes>> {
+    PaletteBuf::new(colors).map_err(|_| Error::invalid("a palette has 1 to 256 colours"))
+}
+
+/// Chooses colours by what is seen of a picture, always the same. Where it has no more than may be, they are its own.
+fn own(seen: &Counts, count: u32) -> Result<PaletteBuf<Bytes>> {
+    let size = size_of(count)?;
+    if seen.is_empty() {
+        return Err(Error::invalid("nothing of the picture is seen: it has no colours"));
     }
-    // A sample of this many colours is as good as all.
-    let share = (262_144.0 / window.area() as f32).min(1.0);
-    let means = KmeansOptions::new().sampling_factor(share).seed(1);
-    Ok(Pipeline::new().palette_size(size_of(count)?).quantize_method(means))
+    let mut known: Vec<_> = seen.iter().map(|(color, count)| (*color, *count)).collect();
+    known.sort_unstable();
+    if known.len() <= count as usize {
+        return palette_of(known.into_iter().map(|([r, g, b], _)| Srgb::new(r, g, b)).collect());
+    }
+    // Colours that are near each other count as one, by the root of how often they are there: a few berries among
+    // many leaves keep a colour.
+    let mut near: BTreeMap<[u8; 3], (u64, [u64; 3])> = BTreeMap::new();
+    for (color, count) in known {
+        let (all, sums) = near.entry(color.map(|v| v >> 3)).or_default();
+        *all += u64::from(count);
+        (0..3).for_each(|k| sums[k] += u64::from(color[k]) * u64::from(count));
+    }
+    let (mut points, mut total) = (Vec::new(), 0.0);
+    near.values().for_each(|(all, _)| total += (*all as f64).sqrt());
+    for (all, sums) in near.into_values() {
+        let [r, g, b] = sums.map(|sum| (sum / all) as u8);
+        let times = ((all as f64).sqrt() * (MOST_POINTS / total).min(1.0)).ceil() as usize;
+        points.extend(std::iter::repeat_n(Srgb::new(r, g, b), times));
+    }
+    let reference = ImageRef::new(points.len() as u32, 1, &points)
+        .map_err(|e| Error::invalid(e.to_string()))?;
+    let means = KmeansOptions::new().sampling_factor(1.0).seed(1);
+    let pipeline = Pipeline::new().palette_size(size).quantize_method(means);
+    pipeline
+        .input_image(reference)
+        .output_srgb8_palette()
+        .ok_or_else(|| Error::invalid("the picture holds no colours"))
 }
 
 /// Thresholds between -1/2 and 1/2, each once in 8 x 8 (Bayer).
@@ -74,41 +116,48 @@ fn threshold(x: u32, y: u32) -> f32 {
 pub fn quantize(image: &Image, palette: &Palette, dither: Dither) -> Result<Image> {
     let window = image.window;
     let mut pixels: Vec<Bytes> = image.pixels().map(bytes).collect();
-    let pipeline = match palette {
-        Palette::Own(count) => own(&pixels, window, *count)?,
+    let is_seen: Vec<bool> = image.pixels().map(|[.., a]| a > 0.0).collect();
+    let visible = || pixels.iter().zip(&is_seen).filter(|(_, seen)| **seen).map(|(c, _)| c);
+    let seen = counted(visible());
+    let colors = match palette {
+        Palette::Own(count) => own(&seen, *count)?,
         Palette::Given(colors) => {
             size_of(colors.len() as u32)?;
-            let colors: Vec<Bytes> = colors.iter().map(|c| bytes([c.r, c.g, c.b, 1.0])).collect();
-            let colors = PaletteBuf::new(colors)
-                .map_err(|_| Error::invalid("a palette has 1 to 256 colours"))?;
-            Pipeline::new().quantize_method(QuantizeMethod::from(colors))
+            palette_of(colors.iter().map(|c| bytes([c.r, c.g, c.b, 1.0])).collect())?
         }
     };
-    let reference = ImageRef::new(window.width, window.height, &pixels)
-        .map_err(|e| Error::invalid(e.to_string()))?;
-    let pipeline = if let Dither::Ordered(strength) = dither {
-        // The colours are those of the picture as it is; only then it is spread.
-        let colors = pipeline.clone().input_image(reference).output_srgb8_palette();
-        for (at, pixel) in pixels.iter_mut().enumerate() {
-            let (x, y) = (at as u32 % window.width, at as u32 / window.width);
-            let by = threshold(x, y) * strength * 16.0;
-            let moved = |v: u8| (f32::from(v) + by).round().clamp(0.0, 255.0) as u8;
-            *pixel = Srgb::new(moved(pixel.red), moved(pixel.green), moved(pixel.blue));
-        }
-        match colors {
-            Some(colors) => pipeline.quantize_method(QuantizeMethod::from(colors)),
-            None => pipeline,
-        }
+    let has = |color: &[u8; 3]| colors.iter().any(|c| [c.red, c.green, c.blue] == *color);
+    let exact: HashSet<[u8; 3]> = seen.keys().filter(|color| has(color)).copied().collect();
+    // What cannot be seen takes no part: it is a colour of the palette already.
+    let hidden = colors.iter().next().copied().unwrap_or_default();
+    pixels.iter_mut().zip(&is_seen).filter(|(_, seen)| !**seen).for_each(|(c, _)| *c = hidden);
+    let is_exact = |c: &Bytes| exact.contains(&[c.red, c.green, c.blue]);
+    let made = if exact.len() == seen.len() {
+        pixels
     } else {
-        pipeline
+        let mut spread = pixels.clone();
+        if let Dither::Ordered(strength) = dither {
+            for (at, pixel) in spread.iter_mut().enumerate() {
+                let (x, y) = (at as u32 % window.width, at as u32 / window.width);
+                let (x, y) = (window.x + x, window.y + y);
+                let by = threshold(x, y) * strength * 16.0;
+                let moved = |v: u8| (f32::from(v) + by).round().clamp(0.0, 255.0) as u8;
+                *pixel = Srgb::new(moved(pixel.red), moved(pixel.green), moved(pixel.blue));
+            }
+        }
+        let diffused = (dither == Dither::Diffused).then(FloydSteinberg::new);
+        let reference = ImageRef::new(window.width, window.height, &spread)
+            .map_err(|e| Error::invalid(e.to_string()))?;
+        let pipeline = Pipeline::new().quantize_method(QuantizeMethod::from(colors));
+        let found = pipeline.ditherer(diffused).input_image(reference).output_srgb8_image();
+        // Without a pattern, what is of the palette stays as it is.
+        let stays = |c: &Bytes| dither == Dither::None && is_exact(c);
+        let found = found.as_inner().iter().zip(&pixels);
+        found.map(|(found, own)| if stays(own) { *own } else { *found }).collect()
     };
-    let diffused = (dither == Dither::Diffused).then(FloydSteinberg::new);
-    let reference = ImageRef::new(window.width, window.height, &pixels)
-        .map_err(|e| Error::invalid(e.to_string()))?;
-    let made = pipeline.ditherer(diffused).input_image(reference).output_srgb8_image();
     let linear = |byte: u8| decode_srgb(f32::from(byte) / 255.0);
     let alphas = image.pixels().map(|[.., a]| a);
-    let done = made.as_inner().iter().zip(alphas).map(|(color, a)| {
+    let done = made.iter().zip(alphas).map(|(color, a)| {
         [linear(color.red) * a, linear(color.green) * a, linear(color.blue) * a, a]
     });
     with_pixels(image, done)
@@ -147,9 +196,12 @@ pub fn segment(image: &Image, segments: &Segments) -> Result<Image> {
         Segments::Colors(count) => {
             let window = image.window;
             let pixels: Vec<Bytes> = image.pixels().map(bytes).collect();
+            let seen = image.pixels().zip(&pixels).filter(|([.., a], _)| *a > 0.0);
+            let colors = own(&counted(seen.map(|(_, color)| color)), *count)?;
             let reference = ImageRef::new(window.width, window.height, &pixels)
                 .map_err(|e| Error::invalid(e.to_string()))?;
-            let found = own(&pixels, window, *count)?.ditherer(None).input_image(reference);
+            let pipeline = Pipeline::new().quantize_method(QuantizeMethod::from(colors));
+            let found = pipeline.ditherer(None).input_image(reference);
             let found = found.output_srgb8_indexed_image();
             let bright = |color: &Bytes| {
                 let [r, g, b] =

@@ -1,5 +1,6 @@
 //! The intensity of faces that are shaded alike all over (\[N], "Image data structure", item 2).
 
+use glam::DVec2;
 use rayon::prelude::*;
 
 use crate::fragment::{Anywhere, Fragments};
@@ -15,7 +16,7 @@ pub(super) fn of(image: &SpanImage) -> Arc<Intensities> {
     image.intensities().get_or_init(|| Arc::new(compute(image, false))).clone()
 }
 
-/// The intensities of all faces, each where it is first seen.
+/// The intensities of all faces, each at [its own place](FaceTable::place), whatever part of the picture is computed.
 pub(super) fn of_all(image: &SpanImage) -> Arc<Intensities> {
     Arc::new(compute(image, true))
 }
@@ -45,7 +46,9 @@ fn shade(image: &SpanImage, batch: &[(FaceId, u32, u32)], all: bool) -> Vec<(Fac
     for (id, k, cell) in batch {
         let (_, face) = image.face(*id);
         if all || source.shades_alike(face.ordinal) {
-            let (x, y) = (image.view().raster().pixels(*cell), image.plan().y(*k));
+            let seen = DVec2::new(image.view().raster().pixels(*cell), image.plan().y(*k));
+            let own = || source.faces.place(face, image.view().raster()).unwrap_or(seen);
+            let DVec2 { x, y } = if all { own() } else { seen };
             fragments.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
             faces.push(*id);
         }

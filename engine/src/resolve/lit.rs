@@ -17,6 +17,10 @@ use crate::span::layer::Segment;
 use crate::span::{FaceId, SpanImage};
 use crate::trace::Toward;
 
+/// How far beside a pixel what its face is lit by is looked for where no line meets it there, in pixels of the raster
+/// and at most in pixels of the picture.
+const REACH: (u32, u32) = (64, 1 << 14);
+
 /// Rows of the raster whose shadows are found together.
 const CHUNK: u32 = 8;
 
@@ -35,6 +39,12 @@ pub(super) struct Shadows<'a> {
     image: &'a SpanImage,
     rule: Rule,
     framing: &'a Framing,
+    /// The columns of the whole picture.
+    whole: Range<u32>,
+    /// How far beside a pixel what counts for it may lie.
+    reach: u32,
+    /// The columns of which shadows are known: those that are computed, and what may count for them.
+    columns: Range<u32>,
     rows: RefCell<HashMap<(Key, u32), Arc<Row>>>,
 }
 
@@ -58,7 +68,11 @@ struct Part {
 
 impl<'a> Shadows<'a> {
     pub(super) fn new(image: &'a SpanImage, rule: Rule, framing: &'a Framing) -> Shadows<'a> {
-        Shadows { image, rule, framing, rows: RefCell::default() }
+        let width = Framing::size(image.view().raster(), framing.scale).map_or(0, |size| size.0);
+        let whole = 0..width.max(framing.columns.end);
+        let reach = (f64::from(REACH.0) * framing.scale.x.max(1.0)).min(f64::from(REACH.1)) as u32;
+        let columns = around(&framing.columns, reach, &whole);
+        Shadows { image, rule, framing, whole, reach, columns, rows: RefCell::default() }
     }
 
     /// Forgets what belongs to no row of `rows`.
@@ -86,7 +100,7 @@ impl<'a> Shadows<'a> {
         if row.dark.is_empty() {
             return 1.0;
         }
-        let first = self.framing.columns.start;
+        let first = self.columns.start;
         let dark = |columns: &Range<u32>| {
             let ends = [columns.start, columns.end].map(|c| row.columns[(c - first) as usize]);
             let parts = &row.dark[ends[0] as usize..ends[1] as usize];
@@ -96,19 +110,19 @@ impl<'a> Shadows<'a> {
         if spot.is_whole {
             return (1.0 - dark(&columns)).clamp(0.0, 1.0);
         }
-        // By its slopes a face may reach into a pixel where no line meets it: then what it is beside counts.
-        let mut beside = 1;
+        // By its slopes a face may reach into a pixel where no line meets it: then what it is beside counts, the same
+        // whatever part of the picture is computed.
+        let mut beside = 0;
         loop {
             let total = self.covers(row, spot.face, &columns);
             if total > 0.0 {
                 return (1.0 - dark(&columns) / total).clamp(0.0, 1.0);
             }
-            if columns == self.framing.columns {
+            if beside == self.reach {
                 return 1.0;
             }
-            columns.start = columns.start.saturating_sub(beside).max(first);
-            columns.end = columns.end.saturating_add(beside).min(self.framing.columns.end);
-            beside *= 2;
+            beside = (2 * beside + 1).min(self.reach);
+            columns = around(&(spot.column..spot.column + 1), beside, &self.whole);
         }
     }
 
@@ -214,7 +228,7 @@ impl<'a> Shadows<'a> {
             }
             chunk = Some((k / per_chunk, lines));
         }
-        let (dark, columns) = by_column(&parts, &self.framing.columns);
+        let (dark, columns) = by_column(&parts, &self.columns);
         let made = Arc::new(Row { shares, dark, columns });
         self.rows.borrow_mut().insert((key, row), made.clone());
         made
@@ -293,7 +307,7 @@ impl<'a> Shadows<'a> {
 
     /// Adds the part of a shadow that a share of its line's strip has to the pixels that it touches.
     fn add(&self, shadow: &Dark, share: &Share, parts: &mut Vec<Part>) {
-        let Framing { scale, pan, columns, .. } = self.framing;
+        let (Framing { scale, pan, .. }, columns) = (self.framing, &self.columns);
         let n = f64::from(self.image.plan().per_row);
         let (from, to) = match self.rule {
             // Sampled lines are taken as they are.
@@ -321,6 +335,12 @@ impl<'a> Shadows<'a> {
             parts.push(Part { column, face: shadow.face, dark });
         }
     }
+}
+
+/// Columns and some beside them, of those that there are.
+fn around(columns: &Range<u32>, beside: u32, whole: &Range<u32>) -> Range<u32> {
+    let start = columns.start.saturating_sub(beside).max(whole.start);
+    start..columns.end.saturating_add(beside).min(whole.end)
 }
 
 /// Parts by column, those of one face in one column added up; and where each column's begin.

@@ -37,7 +37,7 @@ use crate::color::Kind;
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Layers, Stage};
 use crate::image::{Image, Samples, is_layer_of_light};
-use crate::raster::{Raster, Rows};
+use crate::raster::Rows;
 use crate::span::SpanImage;
 use crate::span::image::Intensities;
 use crate::visible::probe::Index;
@@ -152,8 +152,8 @@ pub fn refine(
     select: &Select,
 ) -> Result<Image> {
     let size = Framing::size(image.view().raster(), framing.scale)?;
-    if (over.size, over.window) != ((size.width, size.height), framing.window()) {
-        let ((w, h), Raster { width, height }) = (over.size, size);
+    if (over.size, over.window) != (size, framing.window()) {
+        let ((w, h), (width, height)) = (over.size, size);
         return Err(Error::invalid(format!(
             "the picture to refine has {w} by {h} pixels, of which {} are here; what is refined has \
              {width} by {height}, and {}: give `size`, `scale` and `window` as its Resolve has them",
@@ -317,7 +317,7 @@ fn paint(
         return Err(fault);
     }
     let size = Framing::size(raster, framing.scale)?;
-    let mut picture = Image::new((size.width, size.height), window);
+    let mut picture = Image::new(size, window);
     let Framing { scale, pan, vertical, filter, .. } = framing;
     picture.how = Some(format!(
         "lines {rule:?}, scale ({}, {}), pan ({}, {}), vertical {vertical:?}, filter {filter:?}",

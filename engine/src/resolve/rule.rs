@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use super::Filter;
 use crate::error::{Error, Result};
 use crate::image::Window;
-use crate::raster::{LinePlan, Phase, Raster, Rows};
+use crate::raster::{LinePlan, MAX_SIDE, Phase, Raster, Rows};
 use crate::texture;
 
 /// How lines are integrated over pixels.
@@ -109,6 +109,9 @@ impl Rule {
 /// The most pixels that are computed at once: 8 GiB of colour.
 pub const MAX_AREA: u64 = 1 << 29;
 
+/// The longest side of a picture of which a part is computed, in pixels.
+pub const MOST_SCALED: u32 = 1 << 30;
+
 /// How a raster is placed in a picture: scaled, moved, and a window cut out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Framing {
@@ -133,7 +136,7 @@ pub struct Framing {
 /// How often faces are shaded: time for accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 pub enum Rate {
-    /// Each once, where it is first seen: \[N]'s stored intensity for all. Faces over each other, and the layers
+    /// Each once, in the middle of its part of the picture, hidden there or not: \[N]'s stored intensity for all. Faces over each other, and the layers
     /// of lights, are shaded as by `Pixel`.
     Face,
     /// Each in each pixel, at the middle of what is seen of it there; once if it is alike all over.
@@ -161,27 +164,28 @@ impl Framing {
     /// The raster scaled, in a picture that holds all of it.
     ///
     /// # Errors
-    /// As [`check_scale`](Framing::check_scale), or if the picture would be longer than 65536 pixels on a side.
+    /// As [`size`](Framing::size).
     pub fn scaled(raster: Raster, scale: DVec2) -> Result<Framing> {
-        let size = Framing::size(raster, scale)?;
-        Ok(Framing {
-            scale,
-            columns: 0..size.width,
-            rows: 0..size.height,
-            ..Framing::whole(raster)
-        })
+        let (width, height) = Framing::size(raster, scale)?;
+        Ok(Framing { scale, columns: 0..width, rows: 0..height, ..Framing::whole(raster) })
     }
 
-    /// The size of the picture that holds a scaled raster: the nearest whole number of pixels, at
-    /// least 1.
+    /// Columns and rows of the picture that holds a scaled raster: the nearest whole numbers, at least 1. Only what
+    /// is [cut](Framing::cut) out of it is computed, so that it may be far larger than what can be.
     ///
     /// # Errors
-    /// As [`Framing::scaled`].
-    pub fn size(raster: Raster, scale: DVec2) -> Result<Raster> {
+    /// As [`check_scale`](Framing::check_scale), or if a side is longer than [`MOST_SCALED`].
+    pub fn size(raster: Raster, scale: DVec2) -> Result<(u32, u32)> {
         Framing::check_scale(scale)?;
-        let side =
-            |pixels: u32, scale: f64| (f64::from(pixels) * scale).round().clamp(1.0, 1e9) as u32;
-        Raster::new(side(raster.width, scale.x), side(raster.height, scale.y))
+        let sides = DVec2::new(f64::from(raster.width), f64::from(raster.height)) * scale;
+        let sides = sides.round().max(DVec2::ONE);
+        if sides.max_element() > f64::from(MOST_SCALED) {
+            return Err(Error::invalid(format!(
+                "a picture of {} by {} pixels: each side may be {MOST_SCALED}; scale it less",
+                sides.x, sides.y
+            )));
+        }
+        Ok((sides.x as u32, sides.y as u32))
     }
 
     /// Whether pictures can be scaled so.
@@ -210,9 +214,10 @@ impl Framing {
                 window.width, window.height, window.x, window.y
             )));
         }
-        if u64::from(w) * u64::from(h) > MAX_AREA {
+        if u64::from(w) * u64::from(h) > MAX_AREA || w.max(h) > MAX_SIDE {
             return Err(Error::invalid(format!(
-                "{w} by {h} pixels at once: at most {MAX_AREA} fit; compute the picture in windows"
+                "{w} by {h} pixels at once: at most {MAX_AREA} fit, and {MAX_SIDE} to a side; compute the \
+                 picture in windows"
             )));
         }
         Ok(Framing { columns: x..x + w, rows: y..y + h, ..self })

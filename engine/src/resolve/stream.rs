@@ -19,7 +19,9 @@ use super::rule::{Framing, Rule};
 use super::select::Selected;
 use super::{Channel, Layer};
 use crate::camera::Plane;
-use crate::fragment::{Batch, Casting, Columns, Fragments, Kept, Layers, Painted, Piece, stack};
+use crate::fragment::{
+    Batch, Casting, Columns, FAR, Fragments, Kept, Layers, Painted, Piece, stack,
+};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
@@ -352,7 +354,11 @@ impl<'a> Stream<'a> {
             let face = &self.image.sources()[source].faces.faces()[place];
             let depth = face.plane.depth(x, y);
             if let Some(z) = pixels.z.get_mut(at) {
-                *z = view.distance(depth) as f32;
+                // A backdrop without a distance of its own is background.
+                let distance = view.distance(depth);
+                let surfaces = &self.image.sources()[source].surfaces;
+                let is_beyond = distance > 0.999 * FAR && surfaces.beyond().is_some();
+                *z = if is_beyond { f32::INFINITY } else { distance as f32 };
             }
             let p = view.world_point(x, y, depth).to_array();
             for (axis, value) in pixels.position.iter_mut().zip(p) {

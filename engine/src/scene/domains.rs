@@ -54,9 +54,6 @@ const NEAR_CANVASES: f64 = 3.0;
 const SAMPLES: f64 = 8.0;
 const MOST_SAMPLES: f64 = 48.0;
 
-/// The most indices of a table.
-const MOST: usize = 64;
-
 impl Define {
     /// Where a canvas has the index 1, if it is a function: elsewhere it is 0.
     fn ones(&self) -> [[DVec2; 2]; 2] {
@@ -125,8 +122,8 @@ impl Domains {
         if let Some(index) = indices.iter().find(|index| !self.table.contains_key(index)) {
             return Err(Error::invalid(format!("the table has no attribute index {index}")));
         }
-        if self.table.is_empty() || self.table.len() > MOST {
-            return Err(Error::invalid(format!("the table has 1 to {MOST} attribute indices")));
+        if self.table.is_empty() {
+            return Err(Error::invalid("the table has 1 to 256 attribute indices"));
         }
         self.mapping.check()
     }

@@ -426,7 +426,7 @@ impl Flattening {
             let in_domains = |e: Error| in_material(Error::invalid(format!("domains: {e}")));
             domains.check().map_err(in_domains)?;
             if material.alpha_mode != AlphaMode::Opaque {
-                let message = "what is divided is opaque: leave alpha_mode away";
+                let message = "what is divided is its bundles: give them the alpha_mode";
                 return Err(in_domains(Error::invalid(message)));
             }
             if let Define::Picture(path) = &mut domains.define {
@@ -434,13 +434,9 @@ impl Flattening {
             }
             for (index, bundle) in &domains.table {
                 let known = file.document.materials.get(bundle);
-                let wrong = known.and_then(|known| match known {
-                    known if known.domains.is_some() => Some("has domains itself"),
-                    known if known.alpha_mode != AlphaMode::Opaque => Some("is not opaque"),
-                    _ => None,
-                });
-                if let Some(what) = wrong {
-                    let message = format!("the bundle of {index}, \"{bundle}\", {what}");
+                if known.is_some_and(|known| known.domains.is_some()) {
+                    let message =
+                        format!("the bundle of {index}, \"{bundle}\", has domains itself");
                     return Err(in_domains(Error::invalid(message)));
                 }
                 let number = self.material(file, bundle).map_err(in_domains)?;

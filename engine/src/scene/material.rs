@@ -81,6 +81,11 @@ impl Material {
         }
     }
 
+    /// Whether anything may be seen through it.
+    pub fn lets_through(&self) -> bool {
+        self.is_cut() || self.opacity() < 1.0
+    }
+
     /// How much of what lies behind is hidden where no vertex or picture says more.
     pub fn opacity(&self) -> f32 {
         match self.alpha_mode {

@@ -501,6 +501,12 @@ impl Scene {
         !sees_front && sides.back == Back::Same && self.materials[number as usize].one_sided
     }
 
+    /// The materials of what one is divided into.
+    fn bundles_of(&self, material: &Material) -> impl Iterator<Item = &Material> {
+        let bundles = material.domains.iter().flat_map(|domains| domains.bundles());
+        bundles.map(|number| &self.materials[number as usize])
+    }
+
     /// How much light a face holds back; NaN if that differs from place to place or side to side.
     fn opacity(&self, instance: &Instance, face: usize) -> f32 {
         let mesh = instance.geometry.mesh();
@@ -508,6 +514,9 @@ impl Scene {
         let (front, back) = (of(true), of(false));
         if !front.casts {
             return 0.0;
+        }
+        if self.bundles_of(front).chain(self.bundles_of(back)).any(Material::lets_through) {
+            return f32::NAN;
         }
         let blends = front.alpha_mode == AlphaMode::Blend || back.alpha_mode == AlphaMode::Blend;
         let alpha = |corner: &u32| mesh.colors.get(*corner as usize).map_or(1.0, |c| c[3]);
@@ -536,7 +545,7 @@ impl Scene {
             Part::FaceEdges | Part::SealEdges(_) => return false,
         };
         let material = &self.materials[instance.material_of(sides, sees_front) as usize];
-        if material.is_cut() {
+        if material.is_cut() || self.bundles_of(material).any(Material::lets_through) {
             return true;
         }
         if material.alpha_mode != AlphaMode::Blend {

@@ -1,5 +1,6 @@
 //! Programs over fragments: the stream editor.
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -55,6 +56,11 @@ impl Stream {
         Saved { code: code.to_owned(), parameters, channels }.try_into()
     }
 
+    /// Whether it makes alphas: whether what lies behind may come to be seen.
+    pub fn makes_alpha(&self) -> bool {
+        self.program.makes()[1]
+    }
+
     /// The names that the program asks for and nothing has, of the objects and materials that there are, if these are
     /// known: in words, with those that there are.
     pub fn names_of_nothing(
@@ -90,6 +96,14 @@ impl Stream {
         };
         asked.into_iter().filter_map(missing).collect()
     }
+}
+
+/// A coordinate of a place that is seen from so far. What differs from 0 by no more than rounding is 0: a pattern on
+/// a floor at 0 does not flicker between the two sides of it.
+fn coordinate(point: DVec3, axis: u32, far: f64) -> f32 {
+    let v = point[axis as usize];
+    let rounding = 1e-9 * (far + point.abs().max_element());
+    if v.abs() <= rounding { 0.0 } else { v as f32 }
 }
 
 #[typetag::serde]
@@ -153,12 +167,19 @@ impl Shader for Stream {
             false => Vec::new(),
         };
         let width = |i: usize| (steps[i][0] + steps[i][1]) / 2.0;
+        let far = |i: usize| fragments.way(i).2;
         let read = |variable: Variable, first: usize, out: &mut [f32]| match variable {
             Variable::World(k) => {
-                each(out, first, |i| fragments.position[i][k as usize] as f32);
+                each(out, first, |i| {
+                    let (point, far) = (fragments.position[i], far(i));
+                    coordinate(point, k, far)
+                });
             }
             Variable::Object(k) => each(out, first, |i| {
-                fragments.local.get(i).map_or(0.0, |local| local.point[k as usize] as f32)
+                fragments
+                    .local
+                    .get(i)
+                    .map_or(0.0, |local| coordinate(local.point, k, far(i) * local.scale))
             }),
             Variable::Normal(k) => each(out, first, |i| fragments.normal[i][k as usize]),
             Variable::Eye(k) => each(out, first, |i| fragments.to_eye(i)[k as usize] as f32),

@@ -4,9 +4,11 @@
 //! a wall with a thousand windows, is asked for those near a line thousands of times: its edges are sorted
 //! once, as an interval tree without pointers. A query then takes time in proportion to what it finds.
 
+use glam::DVec2;
 use std::sync::OnceLock;
 
 use super::face::{Edge, Face, FaceTable};
+use crate::raster::Raster;
 
 /// Corners from which on a face's edges are sorted.
 pub(crate) const MANY: usize = 64;
@@ -120,6 +122,24 @@ impl FaceTable {
             bottom = bottom.max(point.y);
         }
         (top, bottom)
+    }
+
+    /// A place that stands for all of a face, in pixels: on the middle line of its part of the raster, the middle of the
+    /// longest piece of it there. `None` if nothing of it lies in the raster.
+    pub fn place(&self, face: &Face, raster: Raster) -> Option<DVec2> {
+        let (width, height) = (f64::from(raster.width), f64::from(raster.height));
+        let (top, bottom) = self.extent(face);
+        let (top, bottom) = (top.max(0.0), bottom.min(height));
+        if top > bottom {
+            return None;
+        }
+        let y = f64::midpoint(top, bottom);
+        let mut ends: Vec<f64> =
+            self.crossing(face, y).map(|edge| edge.x_at(y).clamp(0.0, width)).collect();
+        ends.sort_unstable_by(f64::total_cmp);
+        let pieces = ends.chunks_exact(2).filter(|piece| piece[0] < piece[1]);
+        let longest = pieces.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])))?;
+        Some(DVec2::new(f64::midpoint(longest[0], longest[1]), y))
     }
 
     /// What the edges of a face take of the heights from `top` to `bottom`: intervals of x in pixels, apart,

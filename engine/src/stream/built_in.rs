@@ -1,7 +1,7 @@
 //! The functions of the language; names and ranges are those of SeExpr and OSL.
 
 use super::Fault;
-use super::compile::{Compiler, Value};
+use super::compile::{Compiler, Value, meant};
 use super::run::{Binary, Op, Unary};
 
 /// Each by its name, with the least and the greatest number of values that it takes.
@@ -80,10 +80,10 @@ impl Compiler<'_> {
         values: &[Value],
     ) -> Result<Value, Fault> {
         let Some((_, least, most)) = FUNCTIONS.iter().find(|(known, ..)| *known == name) else {
-            let mut list: Vec<&str> = names().collect();
-            list.extend(self.functions.keys());
-            list.sort_unstable();
-            let message = format!("there is no function \"{name}\": there are {}", list.join(", "));
+            let mut known: Vec<&str> = names().collect();
+            known.extend(self.functions.keys());
+            known.sort_unstable();
+            let message = format!("there is no function \"{name}\": {}", meant(name, &known));
             return Err(Fault::new(at, message));
         };
         if !(least..=most).contains(&&values.len()) {

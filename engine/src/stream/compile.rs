@@ -9,6 +9,7 @@ use super::run::{Binary, Op, Pair, Unary};
 use super::variable::Variable;
 use super::{Fault, Parameter};
 use crate::color;
+use crate::text::{list, nearest};
 
 /// The most instructions of a program.
 const MOST: usize = 20_000;
@@ -63,7 +64,7 @@ pub(super) fn compile(
         patterns: Vec::new(),
         functions: tree.functions.iter().map(|f| (f.name.as_str(), f)).collect(),
         channels,
-        calls: 0,
+        calls: Vec::new(),
         visits: 0,
         inside: 0,
     };
@@ -146,9 +147,18 @@ pub(super) struct Compiler<'a> {
     patterns: Vec<String>,
     channels: &'a BTreeMap<String, color::Kind>,
     pub(super) functions: HashMap<&'a str, &'a Function>,
-    calls: usize,
+    /// The functions that are written out, one inside of another.
+    calls: Vec<&'a str>,
     visits: usize,
     inside: usize,
+}
+
+/// The name that was probably meant, or those that there are.
+pub(super) fn meant(name: &str, known: &[&str]) -> String {
+    match nearest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean \"{near}\"?"),
+        None => format!("there are {}", list(known.iter().copied())),
+    }
 }
 
 /// Whether a name is that of something that is there before the program.
@@ -316,8 +326,7 @@ impl Compiler<'_> {
                     let mut known: Vec<&str> = Variable::NAMES.to_vec();
                     let others = self.channels.keys().chain(names.keys());
                     known.extend(others.map(String::as_str));
-                    let list = known.join(", ");
-                    Fault::new(expr.at, format!("there is no \"{name}\": there are {list}"))
+                    Fault::new(expr.at, format!("there is no \"{name}\": {}", meant(name, &known)))
                 })
             }
             Kind::Vector(parts) => {
@@ -468,14 +477,27 @@ impl Compiler<'_> {
                     format!("{name} takes {wanted} values, not {}", values.len()),
                 ));
             }
-            if self.calls >= MOST_CALLS {
-                return Err(Fault::new(at, format!("{name} calls itself: functions cannot")));
+            if let Some(first) = self.calls.iter().position(|called| *called == function.name) {
+                let called = self.calls[first..].iter().copied();
+                let around: Vec<&str> = called.chain([function.name.as_str()]).collect();
+                let way = match around.len() {
+                    2 => String::new(),
+                    _ => format!(" ({})", around.join(" calls ")),
+                };
+                let message = format!("{name} calls itself{way}: functions cannot");
+                return Err(Fault::new(at, message));
             }
-            self.calls += 1;
+            if self.calls.len() >= MOST_CALLS {
+                let message = format!(
+                    "functions call each other more than {MOST_CALLS} deep: write some of them out"
+                );
+                return Err(Fault::new(at, message));
+            }
+            self.calls.push(&function.name);
             let mut own: Names = function.parameters.iter().cloned().zip(values).collect();
             self.run(&function.body, &mut own)?;
             let value = self.value(&function.value, &own);
-            self.calls -= 1;
+            self.calls.pop();
             return value;
         }
         self.built_in(at, name, &values)

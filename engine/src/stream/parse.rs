@@ -121,6 +121,9 @@ fn tokens(text: &str) -> Result<Vec<(Token, usize)>, Fault> {
             at += first.len_utf8();
         } else if first == '#' {
             at += rest.find('\n').unwrap_or(rest.len());
+        } else if rest.starts_with("//") || rest.starts_with("/*") {
+            let message = "a comment begins with # and goes to the end of its line".to_owned();
+            return Err(Fault::new(at, message));
         } else if first.is_ascii_digit()
             || first == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit())
         {
@@ -159,7 +162,19 @@ fn tokens(text: &str) -> Result<Vec<(Token, usize)>, Fault> {
             tokens.push((Token::Sign(sign), at));
             at += sign.len();
         } else {
-            return Err(Fault::new(at, format!("\"{first}\" means nothing here")));
+            let cure = match first {
+                '\u{201c}' | '\u{201d}' | '\u{201e}' | '\u{2018}' | '\u{2019}' => {
+                    ": quotes are ' or \""
+                }
+                '\u{2212}' | '\u{2013}' => ": a minus is -",
+                '\u{d7}' => ": times is *",
+                c if c.is_alphabetic() => ": names are letters a to z, digits and _",
+                _ => "",
+            };
+            return Err(Fault::new(
+                at,
+                format!("\"{}\" means nothing here{cure}", first.escape_debug()),
+            ));
         }
     }
     tokens.push((Token::End, text.len()));
@@ -206,7 +221,10 @@ impl Parser {
         match self.take(sign) {
             true => Ok(()),
             false => {
-                Err(Fault::new(self.at(), format!("expected \"{sign}\", found {}", self.found())))
+                // What is assigned where it was to be compared.
+                let cure = if self.is("=") { ": two values are compared by ==" } else { "" };
+                let message = format!("expected \"{sign}\", found {}{cure}", self.found());
+                Err(Fault::new(self.at(), message))
             }
         }
     }

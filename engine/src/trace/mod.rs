@@ -278,6 +278,13 @@ impl Casters {
         self.pieces.is_empty()
     }
 
+    /// The least and the greatest coordinates of all pieces; `None` if there are none.
+    pub fn bounds(&self) -> Option<[DVec3; 2]> {
+        let points = self.points.iter().map(|point| [*point, *point]);
+        let all = points.chain(self.cards.iter().map(Card::bounds));
+        all.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)])
+    }
+
     /// The pieces.
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces

@@ -38,11 +38,14 @@ pub struct Cluster {
     pub priority: i32,
     /// What knows its faces, by their numbers in the scene. Absent, the scene.
     pub surfaces: Option<Arc<dyn Surfaces>>,
+    /// Whether all faces are solved as those that let through what lies behind them: something is going to change
+    /// how much of it they hide.
+    pub layered: bool,
 }
 
 impl From<Arc<Scene>> for Cluster {
     fn from(scene: Arc<Scene>) -> Cluster {
-        Cluster { scene, priority: 0, surfaces: None }
+        Cluster { scene, priority: 0, surfaces: None, layered: false }
     }
 }
 
@@ -127,7 +130,7 @@ fn frame(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Resul
         let scene = &cluster.scene;
         Ok(Source {
             label: scene.label.clone(),
-            scene: Key::of(&(scene.key.to_bytes(), cluster.priority)),
+            scene: Key::of(&(scene.key.to_bytes(), cluster.priority, cluster.layered)),
             surfaces: match &cluster.surfaces {
                 Some(surfaces) => surfaces.clone(),
                 None => Arc::new(SceneSurfaces::new(scene.clone())),

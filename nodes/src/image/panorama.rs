@@ -44,7 +44,7 @@ impl Node for Panorama {
     fn demand(&self, _: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
         // What stands behind has no lines of its own: the fewest will do.
         let (raster, plan) = (Raster::new(2, 1)?, Rule::Sloped(1).plan()?);
-        upstream.ask(&self.image, Lines { raster, plan, rows: 0..1 });
+        upstream.ask(&self.image, Lines { raster, plan, rows: 0..1, layered: false });
         Ok(())
     }
 

@@ -95,7 +95,7 @@ impl Node for Refine {
         let (raster, framing) = self.framing(wanted)?;
         let rows = framing.raster_rows(raster);
         upstream.ask(&self.over, wanted.clone());
-        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows });
+        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows, layered: false });
         Ok(())
     }
 

@@ -94,7 +94,7 @@ impl Node for Resolve {
     fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
         let (raster, framing) = self.framing(wanted)?;
         let rows = framing.raster_rows(raster);
-        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows });
+        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows, layered: false });
         Ok(())
     }
 

@@ -44,7 +44,12 @@ impl Node for SceneLights {
         let is_meant = |name: &String| self.names.is_empty() || self.names.contains(name);
         let meant = lights.iter().filter(|(name, _)| is_meant(name));
         meant
-            .map(|(name, light)| Ok(light.lamp(name, &scene.directory)?))
+            .map(|(name, light)| {
+                if let Some(doubt) = light.doubt() {
+                    inputs.warn(&format!("\"{name}\": {doubt}"));
+                }
+                Ok(light.lamp(name, &scene.directory)?)
+            })
             .collect::<Result<_>>()
             .map(Lamps)
     }

@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use spandrel_engine::graph::node::{FieldError, OutFile};
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::file::{self, Format};
-use spandrel_engine::image::{Image, Samples};
+use spandrel_engine::image::{Image, Samples, Window};
 use spandrel_engine::resolve::Channel;
 use spandrel_engine::text::list;
 use spandrel_engine::values::{Delivery, Override, Picture};
@@ -34,6 +34,9 @@ pub struct Write {
     /// Bits per sample: PNG 8 or 16, EXR 16 (half) or 32. Absent, the first; but of an EXR what was read with 32 bits
     /// keeps them. Z, P, ids and whatever is neither colour nor a layer of light are never made fewer than they had.
     pub bits: Option<u32>,
+    /// Whether colours of 8 bits are dithered, by less than half a step, so that a night sky has no bands. What was
+    /// read from 8 bits stays as it was.
+    pub dither: bool,
 }
 
 impl Default for Write {
@@ -43,6 +46,7 @@ impl Default for Write {
             path: OutFile::default(),
             channels: BTreeSet::from([Channel::Color, Channel::Others]),
             bits: None,
+            dither: true,
         }
     }
 }
@@ -55,6 +59,28 @@ fn is_of(channels: &BTreeSet<Channel>, name: &str, samples: &Samples) -> bool {
             let is_read = samples.is_from_file() || matches!(samples, Samples::Id(_));
             channels.contains(if is_read { &Channel::Others } else { &Channel::Made })
         }
+    }
+}
+
+/// What is to be said of a whole picture that shows nothing.
+fn blank(image: &Image) -> Option<&'static str> {
+    let is_whole = image.window == Window::whole(image.size.0, image.size.1);
+    if !is_whole || image.window.area() < 64 || image.float("R").is_none() {
+        return None;
+    }
+    let all = |test: fn([f32; 4]) -> bool| image.pixels().all(test);
+    if all(|[.., a]| a <= 0.0) && all(|[r, g, b, _]| r <= 0.0 && g <= 0.0 && b <= 0.0) {
+        Some("the picture is empty: the camera sees nothing, or nothing is left of it")
+    } else if all(|[r, g, b, _]| r <= 0.0 && g <= 0.0 && b <= 0.0) {
+        Some(
+            "the picture is all black: no light reaches what is seen, or `white` of Illuminate is far too great",
+        )
+    } else if all(|[r, g, b, a]| a >= 1.0 && r >= 1.0 && g >= 1.0 && b >= 1.0) {
+        Some(
+            "the picture is all white: `white` of Illuminate, the illuminance that shows 1, is too small",
+        )
+    } else {
+        None
     }
 }
 
@@ -129,6 +155,9 @@ impl Node for Write {
                 list(known)
             )));
         }
-        Ok(Delivery { bytes: file::write(&image, &path, self.bits)?, path })
+        if let Some(said) = blank(&image) {
+            inputs.warn(said);
+        }
+        Ok(Delivery { bytes: file::write_as(&image, &path, self.bits, self.dither)?, path })
     }
 }

@@ -93,7 +93,7 @@ impl Node for WriteSpans {
             }
             None => 0..height,
         };
-        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows });
+        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows, layered: false });
         Ok(())
     }
 

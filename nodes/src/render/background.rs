@@ -41,7 +41,7 @@ pub struct Background {
     pub by: By,
     /// By how many degrees a panorama is turned clockwise, seen from above.
     pub turn: f64,
-    /// Its distance along the view axis in metres. Absent, a thousand million: behind everything.
+    /// Its distance along the view axis in metres. Absent, it is behind everything, and its `Z` is infinite.
     pub distance: Option<f64>,
     /// What it is called, for `object(..)` in programs.
     pub name: String,

@@ -40,7 +40,14 @@ impl Node for Scanline {
     fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let view = View::new(&inputs.get(&self.camera), wanted.raster)?;
         let (scene, priority) = (inputs.get(&self.scene), self.priority);
-        let cluster = Cluster { scene, priority, surfaces: None };
-        visible::render(&[cluster], &view, wanted.plan, wanted.rows.clone())
+        let cluster = Cluster { priority, layered: wanted.layered, ..scene.into() };
+        let faces = cluster.scene.face_count();
+        let image = visible::render(&[cluster], &view, wanted.plan, wanted.rows.clone())?;
+        if image.face_count() == 0 && faces > 0 {
+            inputs.warn(&format!(
+                "the camera sees none of the {faces} faces: `spandrel info` says where the scene lies"
+            ));
+        }
+        Ok(image)
     }
 }

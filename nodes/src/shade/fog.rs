@@ -88,6 +88,12 @@ impl Node for Fog {
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let height = self.falloff.map(|falloff| FogHeight { level: self.level, falloff });
         let image = inputs.get(&self.image);
+        if image.sources().iter().any(|source| source.surfaces.beyond().is_some()) {
+            inputs.warn(
+                "the background is in the fog, as far away as it stands: put Background after Fog, to be seen \
+                 through it, or fog it with `sky`",
+            );
+        }
         let sky = match &self.sky {
             Some(link) => {
                 let white = self.white.or(image.white()).unwrap_or(1.0);

@@ -1,14 +1,15 @@
+use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::color::Color;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::light::Lamp;
 use spandrel_engine::light::sky::Ambient;
+use spandrel_engine::light::{Lamp, Receiver};
 use spandrel_engine::shade::{self, Shadows};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::trace::Reductions;
+use spandrel_engine::trace::{Reductions, Toward};
 use spandrel_engine::values::{Lamps, Lines};
 use std::sync::Arc;
 
@@ -24,19 +25,22 @@ pub struct Illuminate {
     /// The lights.
     pub lights: Vec<Link<Lamps>>,
     /// Light from above: what a white surface that faces straight up shows without any other light. Absent,
-    /// that of the scene's `environment`; if no scene of the image has one, a tenth of white.
+    /// that of the scene's `environment`; if no scene of the image has one, none beside a SkyLight or an
+    /// AmbientLight, and a tenth of white without.
     pub ambient: Option<Color>,
     /// Light from below: what a white surface that faces straight down shows. Absent, the same as
     /// `ambient`, and every surface gets the same.
     pub ground: Option<Color>,
-    /// The exposure: the illuminance in lux under which a white surface shows 1. 1 for lights in units of
-    /// one's own; a room wants some hundred, daylight some ten thousand.
+    /// The exposure: the illuminance in lux under which a white surface shows 1; a room wants some hundred,
+    /// daylight some ten thousand. Absent, it is found from what the lights give to the middle of the scenes with nothing
+    /// in the way: 1, for lights in units of one's own, up to 10 lux; above, the next power of ten, so that dimming is
+    /// seen. A note says which.
     #[schemars(range(min = 1e-9, max = 1e9))]
-    pub white: f32,
+    pub white: Option<f32>,
     /// How shadows are found: `Off`; `Volumes`, exact for light from one place, by rays for other light;
     /// `Analytic`, as `Volumes`, and exact for panels, bodies and tubes too where not too much stands before
     /// them; `Rays(n)`, n rays to each light, spread over the pixel and the light.
-    /// Absent, `Volumes` if the scene's `environment` wants shadows, else none.
+    /// Absent, `Volumes`, but none if a scene's `environment` wants none.
     pub shadows: Option<Shadows>,
     /// With `Volumes`, rays to each light that is not in one place; with `Analytic`, to those that cannot be
     /// cut; and with all, how finely such lights are seen in gloss.
@@ -55,12 +59,69 @@ impl Default for Illuminate {
             lights: Vec::new(),
             ambient: None,
             ground: None,
-            white: 1.0,
+            white: None,
             shadows: None,
             samples: 16,
             less: Reductions::default(),
         }
     }
+}
+
+/// The illuminance in lux that a lamp gives to what faces it in the middle of an image's scenes, with nothing in the way.
+fn declared(lamp: &Lamp, image: &SpanImage) -> f64 {
+    let strength = f64::from(lamp.strength.luminance());
+    if !lamp.shines() {
+        return 0.0;
+    }
+    let bounds = image.sources().iter().filter_map(|source| source.surfaces.casters()?.bounds());
+    let bounds = bounds.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
+    let [low, high] = bounds.unwrap_or_default();
+    // The middle, and the middles of the eight parts around it: the lamp may stand in one of them.
+    let eighths =
+        (0..8).map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)));
+    let shares = eighths.map(|k| 0.25 + 0.5 * k).chain([DVec3::splat(0.5)]);
+    let mut lux: Vec<f64> = shares
+        .map(|share| {
+            let position = low + share * (high - low);
+            let toward = lamp.light.toward().map(|toward| toward.from(position).0);
+            let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
+            let at = |normal| lamp.light.irradiance(&Receiver { position, normal }).luminance();
+            let most = toward.into_iter().chain(axes).map(at).fold(0.0, f32::max);
+            f64::from(most)
+        })
+        .collect();
+    lux.sort_by(f64::total_cmp);
+    strength * lux[lux.len() / 2]
+}
+
+/// What is to be said of lights that are perhaps not as meant.
+fn doubts(lamps: &[Lamp]) -> Vec<String> {
+    let mut doubts = Vec::new();
+    if !lamps.is_empty() && !lamps.iter().any(Lamp::shines) {
+        doubts.push("none of the lights gives any light".to_owned());
+    }
+    let suns: Vec<(&Lamp, DVec3)> = lamps
+        .iter()
+        .filter(|lamp| lamp.shines())
+        .filter_map(|lamp| match lamp.light.toward()? {
+            Toward::Direction(direction) => Some((lamp, direction.normalize_or_zero())),
+            Toward::Point(_) => None,
+        })
+        .collect();
+    // With several it is not known which is the sun.
+    if let [(sun, toward)] = suns[..] {
+        for (sky, own) in lamps.iter().filter_map(|lamp| Some((lamp, lamp.light.sun()?))) {
+            if own.dot(toward) < 0.9994 {
+                let DVec3 { x, y, z } = toward;
+                doubts.push(format!(
+                    "the sky of \"{}\" is not made for the sun of \"{}\", which stands elsewhere: give it \
+                     `sun: ({x:.3}, {y:.3}, {z:.3})`",
+                    sky.name, sun.name
+                ));
+            }
+        }
+    }
+    doubts
 }
 
 impl Node for Illuminate {
@@ -108,24 +169,45 @@ impl Node for Illuminate {
             );
         }
         let environment = image.environment();
+        doubts(&lamps).iter().for_each(|doubt| inputs.warn(doubt));
         let above = self.ambient.or(environment.map(|known| known.ambient));
-        let above = above.unwrap_or(Color::grey(0.1));
-        let shadows = self.shadows.unwrap_or(match environment {
-            Some(known) if known.shadows => Shadows::Volumes,
-            _ => Shadows::Off,
+        let is_around =
+            |lamp: &Lamp| lamp.light.is_everywhere() || lamp.light.luminance(DVec3::Y).is_some();
+        let own = if lamps.iter().any(is_around) { 0.0 } else { 0.1 };
+        let above = above.unwrap_or(Color::grey(own));
+        let mut shadows = self.shadows.unwrap_or(match environment {
+            Some(known) if !known.shadows => Shadows::Off,
+            _ => Shadows::Volumes,
+        });
+        let white = self.white.unwrap_or_else(|| {
+            let lux = lamps.iter().map(|lamp| declared(lamp, &image)).sum::<f64>();
+            let white = if lux > 10.0 { 10f64.powi((lux.log10() - 1e-6).ceil() as i32) } else { 1.0 };
+            if white > 1.0 {
+                let lux = format!("{lux:.0}");
+                inputs.note(&format!(
+                    "the lights give some {lux} lux: `white` is {white:.0}, the illuminance that shows 1"
+                ));
+            }
+            white as f32
         });
         let ambient = Ambient { above, below: self.ground.unwrap_or(above) };
-        lamps.push(Lamp::new("own.ambient", true, Color::grey(self.white), Arc::new(ambient)));
-        let shader = shade::Illuminate {
-            lamps,
-            white: self.white,
-            shadows,
-            samples: self.samples,
-            less: self.less,
+        lamps.push(Lamp::new("own.ambient", true, Color::grey(white), Arc::new(ambient)));
+        let Illuminate { samples, less, .. } = *self;
+        let shaded = |shadows: Shadows, lamps: Vec<Lamp>| {
+            image.shaded(Arc::new(shade::Illuminate { lamps, white, shadows, samples, less }))
         };
-        let lit = image.shaded(Arc::new(shader))?;
+        let mut lit = shaded(shadows, lamps.clone())?;
+        if shadows != Shadows::Off
+            && let Err(error) = lit.check_worlds()
+        {
+            if self.shadows.is_some() {
+                return Err(error);
+            }
+            inputs.warn(&format!("there are no shadows: {error}"));
+            shadows = Shadows::Off;
+            lit = shaded(shadows, lamps)?;
+        }
         if shadows != Shadows::Off {
-            lit.check_worlds()?;
             for source in image.sources().iter().filter(|source| !source.surfaces.casts()) {
                 inputs.warn(&format!(
                     "\"{}\" casts no shadows: its renderer does not say where its surfaces are",

@@ -17,7 +17,7 @@ use std::sync::Arc;
 ///
 /// The program assigns `color`, `alpha`, `normal` or a channel, or ends with a colour. It knows `P` and `Po`
 /// (the place in the world and in the object, metres), `N`, `I` (to the eye), `u`, `v`, `x`, `y` (the place in
-/// the picture, 0 to 1), `color`, `alpha`, `depth`, `width` (what a pixel covers, metres), `coverage` (how much
+/// the picture, 0 to 1; of `P` and `Po`, what differs from 0 by rounding only is 0), `color`, `alpha`, `depth`, `width` (what a pixel covers, metres), `coverage` (how much
 /// of its pixel is covered, 0 to 1), `frame`, `face`, `object` and `material` (numbers; the last two from names,
 /// the same in every frame), `front`, and `object('*tree*')` and `material('glass*')`, 1 where the name fits, or
 /// that of a group that it is in, or any such part of its path. Functions have SeExpr's names: `noise(p)`,
@@ -25,6 +25,9 @@ use std::sync::Arc;
 /// `fmod` (never negative for a positive divisor, as is `%`: patterns go on across 0), `fit`, `remap`, `bias`, `gamma`, `contrast`, `saturate`, `rgbtohsl`, `dot`, `norm` and more. There are `if (..) {}
 /// else {}`, `a ? b : c`, vectors `[x, y, z]` with parts `.x` or `[0]`, and functions of one's own,
 /// `def name(a, b) { c = a * b; c + 1 }`, before all else.
+///
+/// A program that makes `alpha` shows what lies behind: all that it is given is then rendered in layers, which
+/// takes longer than opaque surfaces do. Shadows stay those of the materials.
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stream {
@@ -79,7 +82,10 @@ impl Node for Stream {
     }
 
     fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
-        upstream.ask(&self.image, wanted.clone());
+        // Where it makes opaque surfaces let light through, what is behind them is seen.
+        let makes_alpha = self.shader().is_ok_and(|shader| shader.makes_alpha());
+        let layered = wanted.layered || makes_alpha;
+        upstream.ask(&self.image, Lines { layered, ..wanted.clone() });
         Ok(())
     }
 

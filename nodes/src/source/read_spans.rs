@@ -52,6 +52,12 @@ impl Node for ReadSpans {
             }
         }
         let image = file.deliver(wanted.raster, wanted.plan, wanted.rows.clone())?;
+        if wanted.layered {
+            inputs.warn(
+                "a file holds nothing behind opaque surfaces: where a program makes them let light through, there is \
+                 nothing. Render the scene, or give its materials `alpha_mode: Blend` before the file is written",
+            );
+        }
         if wanted.plan.probed {
             inputs.warn(
                 "a file holds its lines and no more: `Adaptive` leaves it, and what it is merged into, as `Sloped` does",

@@ -12,6 +12,7 @@ use crate::light::panorama::Panorama;
 use crate::light::point::Parallel;
 use crate::light::sky::{Ambient, Sky, SkyModel};
 use crate::light::sun::{self, Moment};
+use crate::math;
 
 /// Light from infinitely far, in one direction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -107,6 +108,15 @@ impl SunLight {
 }
 
 impl MakeLamp for SunLight {
+    fn doubt(&self) -> Option<String> {
+        let toward = self.toward().ok().filter(|toward| self.on && toward.y <= 0.0)?;
+        let below = math::acos(toward.y.clamp(-1.0, 1.0)).to_degrees() - 90.0;
+        Some(format!(
+            "at {} the sun stands {below:.1} degrees below the horizon, and gives no light",
+            self.time
+        ))
+    }
+
     fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
         let toward = self.toward()?;
         let is_up = toward.y > 0.0;

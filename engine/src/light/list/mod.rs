@@ -81,6 +81,11 @@ pub trait MakeLamp {
     /// If a number is out of range, or a file cannot be read.
     fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp>;
 
+    /// What is to be said of a light that is sound, but perhaps not as meant.
+    fn doubt(&self) -> Option<String> {
+        None
+    }
+
     /// Whether the lamp can be made, as far as no file tells.
     ///
     /// # Errors
@@ -117,6 +122,10 @@ impl Entry {
 impl MakeLamp for Entry {
     fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
         self.light().lamp(name, directory)
+    }
+
+    fn doubt(&self) -> Option<String> {
+        self.light().doubt()
     }
 
     fn check(&self) -> Result<()> {
