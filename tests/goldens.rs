@@ -8,6 +8,7 @@
 use image::RgbaImage;
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
+use spandrel_engine::graph::evaluate::Progress;
 use spandrel_engine::graph::{Graph, Plan, Run};
 use spandrel_engine::image::{Image, file};
 use spandrel_engine::resolve::Channel;
@@ -15,6 +16,7 @@ use spandrel_engine::values::{Override, Picture};
 use spandrel_tests::data;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 const SIZE: (u32, u32) = (240, 160);
 
@@ -22,7 +24,18 @@ fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
 }
 
-/// Renders all pictures of a graph into a folder; returns their names.
+/// The warnings of an evaluation.
+#[derive(Default)]
+struct Warnings(Mutex<Vec<String>>);
+
+impl Progress for Warnings {
+    fn warned(&self, node: &str, message: &str) {
+        self.0.lock().unwrap().push(format!("{node}: {message}"));
+    }
+}
+
+/// Renders all pictures of a graph into a folder; returns their names. What is made of them is computed too; nothing
+/// of it all may be doubtful.
 fn render(path: &Path, folder: &Path) -> Vec<String> {
     let document = Document::parse(&std::fs::read_to_string(path).unwrap()).unwrap();
     let graph = match Graph::check(&document, &spandrel::library(), path.parent().unwrap()) {
@@ -34,11 +47,15 @@ fn render(path: &Path, folder: &Path) -> Vec<String> {
     let pictures = graph.nodes().filter(|node| ["Resolve", "Refine"].contains(&node.kind));
     let ids: Vec<String> = pictures.map(|node| node.id.to_owned()).collect();
     let mut wishes = Wishes::new();
-    for id in &ids {
+    let written = graph.nodes().filter(|node| node.kind == "Write").flat_map(|node| node.uses);
+    for id in ids.iter().map(String::as_str).chain(written) {
         wishes.want::<Image>(id, wish.clone());
     }
     let plan = Plan::new(&graph, &wishes).unwrap();
-    let evaluated = Run::new().evaluate(&graph, &plan, &()).unwrap();
+    let warnings = Warnings::default();
+    let evaluated = Run::new().evaluate(&graph, &plan, &warnings).unwrap();
+    let warnings = warnings.0.into_inner().unwrap();
+    assert!(warnings.is_empty(), "{} warns: {warnings:?}", path.display());
     let stem = path.file_stem().unwrap().to_string_lossy();
     let names = ids.iter().enumerate().map(|(i, id)| {
         let name = format!("{stem}.{id}.png");

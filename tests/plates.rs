@@ -1,8 +1,9 @@
 //! Pictures as compositors have them: layers, parts, windows, kinds of colour, what is kept, and what is told.
 
+use exr::meta::attribute::Chromaticities;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Chromaticities, Encoding, FlatSamples, ImageAttributes, IntegerBounds,
-    Layer, LayerAttributes, SmallVec, Vec2, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, IntegerBounds, Layer,
+    LayerAttributes, SmallVec, Vec2, WritableImage,
 };
 use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_tests::graphs::Nodes;

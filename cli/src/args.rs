@@ -1,14 +1,16 @@
 //! What can be typed.
 
+use clap::builder::TypedValueParser;
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use spandrel_engine::output;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::Framing;
 use std::path::PathBuf;
 
 /// Composites three-dimensional pictures as spans, not pixels.
 ///
-/// Exit codes: 0 done, 1 evaluating failed, 2 wrong usage, 3 the graph is invalid, 4 an input is missing
-/// or unreadable, 130 interrupted.
+/// Exit codes: 0 done, 1 evaluating or writing failed, or there were warnings and --deny-warnings, 2 wrong usage,
+/// 3 the graph is invalid, 4 an input is missing or unreadable, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(name = "spandrel", version)]
 pub(crate) struct Args {
@@ -17,6 +19,9 @@ pub(crate) struct Args {
     /// Refuse pictures that take more than this when they are decoded, such as 8G. Default: a quarter of the memory.
     #[arg(long, value_name = "BYTES", value_parser = bytes, global = true)]
     pub(crate) largest_picture: Option<usize>,
+    /// Exit with 1 if there was a warning; what is written stays.
+    #[arg(long, global = true)]
+    pub(crate) deny_warnings: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -36,10 +41,11 @@ pub(crate) enum Command {
 /// Evaluates a graph and writes its pictures.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Render {
-    /// The graph.
+    /// The graph; - is the standard input, with files as seen from the current folder.
     pub(crate) graph: PathBuf,
-    /// Write to this file instead of the one that the graph names.
-    #[arg(short, long, value_name = "FILE")]
+    /// Write to this file instead of the one that the graph names. - is the standard output, -.png, -.exr and -.span
+    /// say in which format.
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = place())]
     pub(crate) output: Option<PathBuf>,
     /// Evaluate this node only: one that writes a file, or, with -o, one that makes a picture
     /// or, for a .span file, spans. May be
@@ -55,7 +61,7 @@ pub(crate) struct Render {
     /// Scale all pictures, without solving visibility again.
     #[arg(long, value_name = "SX[,SY]", value_parser = scale)]
     pub(crate) scale: Option<(f64, f64)>,
-    /// Compute this part of all pictures only.
+    /// Compute this part of all pictures only. Without -o, it is written to a file of its own: NAME.X,Y,W,H.png.
     #[arg(long, value_name = "X,Y,W,H", value_parser = window)]
     pub(crate) window: Option<[u32; 4]>,
     /// Use this many threads. Default: one for each processor.
@@ -67,16 +73,16 @@ pub(crate) struct Render {
     /// Evaluate nothing; say what would be.
     #[arg(short = 'n', long)]
     pub(crate) dry_run: bool,
-    /// Print time, spans and bytes of every node.
+    /// Print time, spans and bytes of every node; as JSON, also what was written, warnings and errors, whatever fails.
     #[arg(long, value_name = "FORMAT", num_args = 0..=1, require_equals = true, default_missing_value = "table")]
     pub(crate) stats: Option<Format>,
     /// Print what was asked of every node, and what became of it.
     #[arg(long)]
     pub(crate) explain: bool,
-    /// Leave files alone that exist already.
+    /// Leave files alone that exist already, and evaluate nothing for them.
     #[arg(long)]
     pub(crate) no_clobber: bool,
-    /// Print nothing but errors.
+    /// Print nothing but errors and warnings.
     #[arg(short, long, conflicts_with = "verbose")]
     pub(crate) quiet: bool,
     /// Print a line for every node, as without a terminal.
@@ -119,17 +125,21 @@ pub(crate) struct Info {
     /// A scene of any format, a graph, a .span file, a picture, or a lamp's photometry (.ies, .ldt).
     pub(crate) file: PathBuf,
     /// Draws a lamp's intensities to this .svg.
-    #[arg(short = 'o', long = "output", value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = place())]
     pub(crate) output: Option<PathBuf>,
 }
 
-/// Converts a scene to Spandrel's own text (.ron) or binary (.scene) format.
+/// Converts a scene to Spandrel's own text (.ron) or binary (.scene) format. Pictures stay where they are, and the new
+/// file names them as seen from its own folder.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Convert {
     /// The scene to read, of any format.
     pub(crate) from: PathBuf,
     /// The file to write, ending in .ron or .scene.
     pub(crate) to: PathBuf,
+    /// Copy pictures and lamps to a folder beside the new file, NAME_pictures; those that a GLB holds become files.
+    #[arg(long)]
+    pub(crate) copy_pictures: bool,
 }
 
 /// Measures what accuracy costs: varies parameters of a graph, and compares with a reference.
@@ -157,7 +167,7 @@ pub(crate) struct Measure {
     #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) runs: u32,
     /// Write the measurement to a .csv, .svg or .html file. May be given several times.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = place())]
     pub(crate) output: Vec<PathBuf>,
     /// Print the table only.
     #[arg(short, long)]
@@ -185,7 +195,7 @@ pub(crate) struct Inspect {
     #[arg(long, value_name = "NODE.PARAM=VALUE", value_parser = setting)]
     pub(crate) set: Vec<Setting>,
     /// Write to this file. Default: the standard output.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = place())]
     pub(crate) output: Option<PathBuf>,
 }
 
@@ -197,12 +207,12 @@ pub(crate) struct Merge {
     #[arg(required = true, num_args = 1..)]
     pub(crate) inputs: Vec<PathBuf>,
     /// The file to write, ending in .span.
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = place())]
     pub(crate) output: PathBuf,
     /// Leave the file alone if it exists.
     #[arg(long)]
     pub(crate) no_clobber: bool,
-    /// Print nothing but errors.
+    /// Print nothing but errors and warnings.
     #[arg(short, long)]
     pub(crate) quiet: bool,
 }
@@ -258,6 +268,17 @@ fn setting(text: &str) -> Result<Setting, String> {
     Ok(Setting { node: node.to_owned(), field: field.to_owned(), value: value.to_owned() })
 }
 
+/// A file to write. What begins with a dash is mostly an option before which the file was forgotten.
+fn place() -> impl TypedValueParser<Value = PathBuf> {
+    clap::builder::OsStringValueParser::new().try_map(|name| {
+        let path = PathBuf::from(&name);
+        match name.as_encoded_bytes().starts_with(b"-") && !output::is_standard(&path) {
+            true => Err("name a file; one whose name begins with - is written as ./-NAME"),
+            false => Ok(path),
+        }
+    })
+}
+
 fn numbers<T: std::str::FromStr>(text: &str, separator: char) -> Option<Vec<T>> {
     text.split(separator).map(|part| part.trim().parse().ok()).collect()
 }
@@ -306,6 +327,9 @@ fn columns(text: &str) -> Result<[u32; 2], String> {
 fn window(text: &str) -> Result<[u32; 4], String> {
     numbers(text, ',')
         .and_then(|numbers| <[u32; 4]>::try_from(numbers).ok())
-        .filter(|[.., width, height]| *width > 0 && *height > 0)
+        .filter(|[x, y, width, height]| {
+            let ends = x.checked_add(*width).zip(y.checked_add(*height));
+            *width > 0 && *height > 0 && ends.is_some()
+        })
         .ok_or_else(|| "write left,top,width,height in pixels, such as 100,50,640,360".to_owned())
 }

@@ -1,8 +1,12 @@
 //! `spandrel check`, and the reading of graphs that other commands share.
 
+use spandrel_engine::graph::diagnostic::{list, nearest};
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::{Graph, Registry};
-use std::path::Path;
+use spandrel_engine::open;
+use std::borrow::Cow;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
 use crate::args::{Check, Setting};
 use crate::{exit, print};
@@ -11,7 +15,7 @@ pub(crate) fn run(registry: &Registry, args: &Check) -> u8 {
     match read(registry, &args.graph, &args.set) {
         Ok(graph) => {
             let count = graph.nodes().count();
-            print::out(&format!("{}: {count} nodes, no errors\n", args.graph.display()));
+            print::words(&format!("{}: {count} nodes, no errors\n", name(&args.graph)));
             exit::DONE
         }
         Err(code) => code,
@@ -51,29 +55,59 @@ pub(crate) fn check(
     directory: &Path,
 ) -> Result<Graph, u8> {
     Graph::check(document, registry, directory).map_err(|faults| {
-        print::diagnostics(path, &document.text, &faults);
+        print::diagnostics(&name(path), &document.text, &faults);
         if faults.iter().all(|fault| fault.is_input) { exit::INPUT } else { exit::INVALID }
     })
 }
 
-/// Reads a graph's document; returns it with the folder from which its files are found.
-pub(crate) fn open(path: &Path) -> Result<(Document, std::path::PathBuf), u8> {
-    let bytes = std::fs::read(path).map_err(|error| {
-        print::error(format!("{}: {error}", path.display()));
-        exit::INPUT
-    })?;
-    let text = String::from_utf8(bytes).map_err(|error| {
-        let byte = error.utf8_error().valid_up_to();
-        print::error(format!(
-            "{}: byte {byte}: not UTF-8 text: save the file as UTF-8",
-            path.display()
-        ));
-        exit::INVALID
+/// Reads a graph's document; returns it with the folder from which its files are found. `-` is the standard input,
+/// its files are found from the current folder.
+pub(crate) fn open(path: &Path) -> Result<(Document, PathBuf), u8> {
+    let text = text(path).map_err(|error| {
+        print::error(&error);
+        exit::of(&error)
     })?;
     let document = Document::parse(&text).map_err(|faults| {
-        print::diagnostics(path, &text, &faults);
+        print::diagnostics(&name(path), &text, &faults);
         exit::INVALID
     })?;
-    let directory = path.parent().unwrap_or(Path::new("")).to_owned();
-    Ok((document, directory))
+    let folder = if is_standard(path) { None } else { path.parent() };
+    Ok((document, folder.unwrap_or(Path::new("")).to_owned()))
+}
+
+/// The text of a graph; what is doubtful in it is printed.
+pub(crate) fn text(path: &Path) -> spandrel_engine::Result<String> {
+    let shown = PathBuf::from(&*name(path));
+    let bytes = if is_standard(path) {
+        let mut bytes = Vec::new();
+        let read = std::io::stdin().lock().read_to_end(&mut bytes);
+        read.map_err(|error| spandrel_engine::Error::file(&shown, error))?;
+        bytes
+    } else {
+        open::bytes(path)?
+    };
+    let open::Text { text, note } = open::text(&shown, &bytes)?;
+    note.iter().for_each(|note| print::warning(format!("{}: {note}", shown.display())));
+    Ok(text.into_owned())
+}
+
+/// Whether a graph is the standard input.
+pub(crate) fn is_standard(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// What a graph is called in messages.
+pub(crate) fn name(path: &Path) -> Cow<'_, str> {
+    if is_standard(path) { "standard input".into() } else { path.to_string_lossy() }
+}
+
+/// Says that there is no node of a name that was typed behind an option, and which are near.
+pub(crate) fn unknown<'a>(option: &str, name: &str, known: impl Iterator<Item = &'a str>) -> u8 {
+    let known: Vec<&str> = known.collect();
+    let cure = match nearest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean {near}?"),
+        None => format!("there are {}", list(known)),
+    };
+    print::error(format!("{option} {name}: there is no such node: {cure}"));
+    exit::USAGE
 }

@@ -3,6 +3,7 @@
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::Optics;
 use spandrel_engine::graph::document::Document as GraphDocument;
+use spandrel_engine::open;
 use spandrel_engine::scene::examine::{Fault, examine};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::scene::{AlphaMode, Object, Plan, Scene, Shape};
@@ -14,11 +15,16 @@ use std::fmt::Write;
 use std::path::Path;
 
 use crate::args::Info;
-use crate::{exit, lamp, picture, print};
+use crate::{check, exit, lamp, picture, print};
 
 pub(crate) fn run(args: &Info) -> u8 {
+    if let Some(Err(code)) = args.output.as_ref().map(|file| print::check_output(file, &["svg"])) {
+        return code;
+    }
     let is_graph = args.file.extension().is_some_and(|e| e == "ron")
-        && std::fs::read_to_string(&args.file).is_ok_and(|text| starts_with_graph(&text));
+        && open::bytes(&args.file)
+            .and_then(|bytes| Ok(starts_with_graph(&open::text(&args.file, &bytes)?.text)))
+            .unwrap_or(false);
     let is_spans = args.file.extension().is_some_and(|e| e == "span");
     let info = match (is_graph, is_spans, lamp::is_lamp(&args.file)) {
         (_, _, true) => lamp::info(&args.file, args.output.as_deref()),
@@ -32,7 +38,7 @@ pub(crate) fn run(args: &Info) -> u8 {
     };
     match info {
         Ok(text) => {
-            print::out(&text);
+            print::words(&text);
             exit::DONE
         }
         Err(error) => {
@@ -50,7 +56,7 @@ fn starts_with_graph(text: &str) -> bool {
 }
 
 fn graph(path: &Path) -> Result<String> {
-    let text = std::fs::read_to_string(path).map_err(|e| Error::file(path, e))?;
+    let text = check::text(path)?;
     let mut out = format!("{}: a graph\n", path.display());
     match GraphDocument::parse(&text) {
         Ok(document) => {

@@ -16,14 +16,22 @@ use crate::print::escape;
 use crate::{check, exit, print};
 
 pub(crate) fn run(registry: &Registry, args: &Inspect) -> u8 {
+    if let Some(Err(code)) = args.output.as_ref().map(|file| print::check_output(file, &["svg"])) {
+        return code;
+    }
     let graph = match check::read(registry, &args.graph, &args.set) {
         Ok(graph) => graph,
         Err(code) => return code,
     };
+    if let Some(name) = &args.write
+        && graph.nodes().all(|node| node.id != name)
+    {
+        return check::unknown("-w", name, graph.nodes().map(|node| node.id));
+    }
     match inspect(&graph, args) {
         Ok(()) => exit::DONE,
         Err(error) => {
-            print::error(format!("{}: {error}", args.graph.display()));
+            print::error(format!("{}: {error}", check::name(&args.graph)));
             exit::of(&error)
         }
     }

@@ -44,9 +44,15 @@ pub fn run(registry: Registry) -> ExitCode {
     let args = match Args::try_parse() {
         Ok(args) => args,
         Err(error) => {
-            // Help is no failure, and its reader may have gone.
-            let _ = error.print();
-            return ExitCode::from(if error.use_stderr() { exit::USAGE } else { exit::DONE });
+            // Help is no failure.
+            if error.use_stderr() {
+                let _ = error.print();
+                return ExitCode::from(exit::USAGE);
+            }
+            let help = error.render();
+            let is_terminal = std::io::IsTerminal::is_terminal(&std::io::stdout());
+            print::out(&if is_terminal { help.ansi().to_string() } else { help.to_string() });
+            return ExitCode::from(exit::settled(exit::DONE, false));
         }
     };
     // A file that is being written must not stay behind.
@@ -57,8 +63,9 @@ pub fn run(registry: Registry) -> ExitCode {
     if let Some(bytes) = args.largest_picture {
         spandrel_engine::image::file::set_largest(bytes as u64);
     }
+    let denies_warnings = args.deny_warnings;
     let code = match args.command {
-        Command::Render(args) => render::run(&registry, &args),
+        Command::Render(args) => render::run(&registry, &args, denies_warnings),
         Command::Check(args) => check::run(&registry, &args),
         Command::Nodes(args) => nodes::run(&registry, &args),
         Command::Measure(args) => measure::run(&registry, &args),
@@ -74,5 +81,5 @@ pub fn run(registry: Registry) -> ExitCode {
             exit::DONE
         }
     };
-    ExitCode::from(code)
+    ExitCode::from(exit::settled(code, denies_warnings))
 }

@@ -1,8 +1,7 @@
 //! `spandrel merge`.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use spandrel_engine::Error;
-use spandrel_engine::span_file;
+use spandrel_engine::{Error, span_file};
 use std::io::IsTerminal;
 use std::path::Path;
 
@@ -10,9 +9,9 @@ use crate::args::Merge;
 use crate::{exit, print};
 
 pub(crate) fn run(args: &Merge) -> u8 {
-    if args.output.extension().is_none_or(|e| e != "span") {
-        print::error(format!("-o {}: name a file that ends in .span", args.output.display()));
-        return exit::USAGE;
+    print::be_quiet(args.quiet);
+    if let Err(code) = print::check_output(&args.output, &["span"]) {
+        return code;
     }
     let real = |path: &Path| std::fs::canonicalize(path).ok();
     if real(&args.output)
@@ -25,11 +24,8 @@ pub(crate) fn run(args: &Merge) -> u8 {
         return exit::USAGE;
     }
     if args.no_clobber && args.output.exists() {
-        print::error(format!(
-            "{}: it exists, and --no-clobber leaves it alone",
-            args.output.display()
-        ));
-        return exit::FAILED;
+        print::chat(&format!("kept {}: it exists", args.output.display()));
+        return exit::DONE;
     }
     let is_shown = !args.quiet && std::io::stderr().is_terminal();
     let target = if is_shown { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -45,16 +41,14 @@ pub(crate) fn run(args: &Merge) -> u8 {
     bar.finish_and_clear();
     match merged {
         Ok(written) => {
-            if !args.quiet {
-                print::err(&format!(
-                    "wrote {} ({} spans, {} faces, {}, {})",
-                    args.output.display(),
-                    print::grouped(written.spans),
-                    print::grouped(written.faces),
-                    print::bytes(written.bytes),
-                    print::seconds(clock.elapsed().as_secs_f64())
-                ));
-            }
+            print::chat(&format!(
+                "wrote {} ({} spans, {} faces, {}, {})",
+                args.output.display(),
+                print::grouped(written.spans),
+                print::grouped(written.faces),
+                print::bytes(written.bytes),
+                print::seconds(clock.elapsed().as_secs_f64())
+            ));
             exit::DONE
         }
         Err(error) => {

@@ -1,69 +1,192 @@
-//! Printing: to readers that may have gone, and diagnostics with the text that they blame.
+//! Printing: to readers that may have gone, and diagnostics with the text that they blame. What is said is kept for
+//! `--stats=json` and `--deny-warnings`.
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use spandrel_engine::graph::{Diagnostic, Severity};
+use spandrel_engine::output;
 pub(crate) use spandrel_engine::text::bytes;
-use std::io::{IsTerminal, Write};
+use std::borrow::Cow;
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Prints to the standard output. A reader that has gone, as in `| head`, is no failure.
-pub(crate) fn out(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+use crate::exit;
+
+/// What was said of what went wrong, what is doubtful and what is worth knowing.
+#[derive(Clone, Default)]
+pub(crate) struct Said {
+    pub(crate) errors: Vec<String>,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) notes: Vec<String>,
 }
 
-/// Prints to the standard error.
+static SAID: Mutex<Said> =
+    Mutex::new(Said { errors: Vec::new(), warnings: Vec::new(), notes: Vec::new() });
+static IS_QUIET: AtomicBool = AtomicBool::new(false);
+static HAS_FAILED: AtomicBool = AtomicBool::new(false);
+
+/// All that was said so far.
+pub(crate) fn said() -> MutexGuard<'static, Said> {
+    SAID.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Leaves out whatever is neither an error nor a warning.
+pub(crate) fn be_quiet(quiet: bool) {
+    IS_QUIET.store(quiet, Ordering::Relaxed);
+}
+
+/// Whether something could not be printed to the standard output.
+pub(crate) fn has_failed() -> bool {
+    HAS_FAILED.load(Ordering::Relaxed)
+}
+
+/// Prints to the standard output. A reader that has gone, as in `| head`, is no failure; a full disk is.
+pub(crate) fn out(text: &str) {
+    let mut to = std::io::stdout().lock();
+    let printed = to.write_all(text.as_bytes()).and_then(|()| to.flush());
+    if let Err(e) = printed.as_ref()
+        && e.kind() != ErrorKind::BrokenPipe
+        && !HAS_FAILED.swap(true, Ordering::Relaxed)
+    {
+        error(format!("the standard output: cannot be written: {e}"));
+    }
+}
+
+/// Prints words to the standard output.
+pub(crate) fn words(text: &str) {
+    out(&visible(text));
+}
+
+/// Prints words to the standard error.
 pub(crate) fn err(text: &str) {
+    styled(&visible(text));
+}
+
+fn styled(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
+}
+
+fn is_hidden(c: char) -> bool {
+    (c.is_control() && !matches!(c, '\n' | '\t'))
+        || matches!(c, '\u{ad}' | '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}')
+        || matches!(c, '\u{2060}'..='\u{206f}' | '\u{feff}')
+}
+
+/// A source text as it can be shown, every place in it staying where it is.
+fn in_place(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_hidden) {
+        return Cow::Borrowed(text);
+    }
+    let stand_in = |c: char| match c.len_utf8() {
+        _ if !is_hidden(c) => c,
+        1 => '?',
+        2 => '¿',
+        _ => '\u{fffd}',
+    };
+    Cow::Owned(text.chars().map(stand_in).collect())
+}
+
+/// Words as they can be shown: what moves the cursor, is not seen or turns the order of letters is written out, as
+/// names of files may have any letters.
+pub(crate) fn visible(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_hidden) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::new();
+    for c in text.chars() {
+        if is_hidden(c) { shown.extend(c.escape_default()) } else { shown.push(c) }
+    }
+    Cow::Owned(shown)
+}
+
+/// Whether a drawing or a table may be written to a file, by its name.
+pub(crate) fn check_output(file: &Path, endings: &[&str]) -> Result<(), u8> {
+    let ending = file.extension().and_then(|e| e.to_str()).unwrap_or("");
+    let wrong = match output::check_name(file) {
+        Ok(()) if endings.contains(&ending) => return Ok(()),
+        Ok(()) => format!("name a file that ends in .{}", endings.join(", .")),
+        Err(message) => message,
+    };
+    error(format!("-o {}: {wrong}", file.display()));
+    Err(exit::USAGE)
+}
+
+/// Prints how things go to the standard error, unless that is not wanted.
+pub(crate) fn chat(text: &str) {
+    if !IS_QUIET.load(Ordering::Relaxed) {
+        err(text);
+    }
 }
 
 /// Prints an error in one line.
 pub(crate) fn error(message: impl std::fmt::Display) {
-    let styled = std::io::stderr().is_terminal();
-    let (bold, end) = if styled { ("\x1b[1;31m", "\x1b[0m") } else { ("", "") };
-    err(&format!("{bold}error{end}: {message}"));
+    styled(&titled("error", "31", &message));
+    said().errors.push(message.to_string());
 }
 
 /// Prints a warning in one line.
 pub(crate) fn warning(message: impl std::fmt::Display) {
-    let styled = std::io::stderr().is_terminal();
-    let (bold, end) = if styled { ("\x1b[1;33m", "\x1b[0m") } else { ("", "") };
-    err(&format!("{bold}warning{end}: {message}"));
+    styled(&titled("warning", "33", &message));
+    said().warnings.push(message.to_string());
 }
 
 /// Prints a note in one line.
 pub(crate) fn note(message: impl std::fmt::Display) {
-    let styled = std::io::stderr().is_terminal();
-    let (bold, end) = if styled { ("\x1b[1;36m", "\x1b[0m") } else { ("", "") };
-    err(&format!("{bold}note{end}: {message}"));
+    if !IS_QUIET.load(Ordering::Relaxed) {
+        styled(&titled("note", "36", &message));
+    }
+    said().notes.push(message.to_string());
 }
 
-/// Prints diagnostics with the lines that they blame, underlined.
-pub(crate) fn diagnostics(path: &Path, text: &str, diagnostics: &[Diagnostic]) {
+fn titled(title: &str, color: &str, message: &dyn std::fmt::Display) -> String {
+    let message = message.to_string();
+    let message = visible(&message);
+    match std::io::stderr().is_terminal() {
+        true => format!("\x1b[1;{color}m{title}\x1b[0m: {message}"),
+        false => format!("{title}: {message}"),
+    }
+}
+
+/// Prints diagnostics with the lines that they blame, underlined; `name` is what the text is called.
+pub(crate) fn diagnostics(name: &str, text: &str, diagnostics: &[Diagnostic]) {
     let renderer =
         if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    let path = path.display().to_string();
     for diagnostic in diagnostics {
-        let level = match diagnostic.severity {
-            Severity::Error => Level::ERROR,
-            Severity::Warning => Level::WARNING,
-        };
-        // Whole letters, whatever bytes are blamed.
-        let end = text.ceil_char_boundary(diagnostic.span.end.min(text.len()));
-        let span = text.floor_char_boundary(diagnostic.span.start.min(end))..end;
-        let blamed = AnnotationKind::Primary.span(span).label(diagnostic.label.as_str());
-        let snippet = Snippet::source(text).path(path.as_str()).annotation(blamed);
-        let mut group = level.primary_title(diagnostic.message.as_str()).element(snippet);
-        if let Some(help) = &diagnostic.help {
-            group = group.element(Level::HELP.message(help.as_str()));
+        styled(&underlined(name, text, diagnostic, &renderer));
+        styled("");
+        let (line, column) = diagnostic.position(text);
+        let help = diagnostic.help.as_ref().map(|help| format!(": {help}")).unwrap_or_default();
+        let message = format!("{name}:{line}:{column}: {}{help}", diagnostic.message);
+        match diagnostic.severity {
+            Severity::Error => said().errors.push(message),
+            Severity::Warning => said().warnings.push(message),
         }
-        err(&renderer.render(&[group]).to_string());
-        err("");
     }
     let errors = diagnostics.iter().filter(|d| d.severity == Severity::Error).count();
     if errors > 0 {
         let s = if errors == 1 { "" } else { "s" };
-        error(format!("{path} has {errors} error{s}"));
+        styled(&titled("error", "31", &format!("{name} has {errors} error{s}")));
     }
+}
+
+/// A diagnostic with the lines that it blames.
+fn underlined(name: &str, text: &str, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
+    let level = match diagnostic.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let start = text.floor_char_boundary(diagnostic.span.start);
+    let end = text.ceil_char_boundary(diagnostic.span.end).max(start);
+    let [name, title, label] =
+        [name, &diagnostic.message, &diagnostic.label].map(|words| visible(words).into_owned());
+    let blamed = AnnotationKind::Primary.span(start..end).label(label);
+    let snippet = Snippet::source(in_place(text)).path(name).annotation(blamed);
+    let mut group = level.primary_title(title).element(snippet);
+    if let Some(help) = &diagnostic.help {
+        group = group.element(Level::HELP.message(visible(help)));
+    }
+    renderer.render(&[group])
 }
 
 /// A number of things.
@@ -97,4 +220,73 @@ pub(crate) fn seconds(time: f64) -> String {
 /// A text in XML.
 pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use spandrel_engine::graph::Graph;
+    use spandrel_engine::graph::document::Document;
+
+    /// Letters of two, three and four bytes, one that is added to the letter before it, and what is not seen.
+    const LETTERS: [&str; 8] = ["é", "€", "😀", "\u{301}", "\t", "\r", "\u{200b}", "\0"];
+
+    const GRAPH: &str = r#"Graph(nodes: {
+  "eye": Camera(position: (2, 2, 5)),
+  "b": Scanline(scene: "box.ron", camera: "eya"),
+  "s": Stream(image: "b", code: "x = 'é' * colr; // no
+    color(y"),
+  "p": Resolv(image: "s"), "w": Write(image: "s", path: "~/a.####.png", sise: 3),
+})"#;
+
+    /// All that is said of a graph's text.
+    fn said_of(text: &str, registry: &spandrel_engine::graph::Registry) -> Vec<String> {
+        let checked = Document::parse(text)
+            .and_then(|document| Graph::check(&document, registry, Path::new("")).map(drop));
+        let faults = checked.err().unwrap_or_default();
+        let shown = |fault| underlined("é\r.ron", text, fault, &Renderer::plain());
+        faults.iter().map(shown).collect()
+    }
+
+    #[test]
+    fn messages_point_into_any_text() {
+        let registry = crate::library();
+        let known = said_of(GRAPH, &registry);
+        assert!(known.len() >= 6, "{known:?}");
+        let mut said = 0;
+        for (i, (at, c)) in GRAPH.char_indices().enumerate() {
+            // Every place meets two of the letters, one before what is there and one instead of it.
+            for (letter, till) in
+                [(LETTERS[i % 8], at), (LETTERS[(i / 8 + i + 3) % 8], at + c.len_utf8())]
+            {
+                let text = [&GRAPH[..at], letter, &GRAPH[till..]].concat();
+                let shown = said_of(&text, &registry);
+                said += shown.len();
+                for message in shown {
+                    let hidden = ['\r', '\u{200b}', '\0'];
+                    assert!(!message.contains(hidden), "{text:?}: {message:?}");
+                }
+            }
+        }
+        assert!(said > 900, "{said}");
+    }
+
+    #[test]
+    fn places_within_a_letter_are_shown() {
+        let text = "a é 😀 b";
+        assert_eq!(in_place("é\r\u{ad}\u{200b}b").len(), "é\r\u{ad}\u{200b}b".len());
+        for start in 0..text.len() + 3 {
+            for end in start..text.len() + 3 {
+                let fault = Diagnostic::error(start..end, "wrong").label("here");
+                let shown = underlined("g.ron", text, &fault, &Renderer::plain());
+                assert!(shown.contains("wrong"), "{shown}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_seen_is_written_out() {
+        assert_eq!(visible("Häuser\t😀\n e\u{301}"), "Häuser\t😀\n e\u{301}");
+        assert_eq!(visible("a\rb\u{200b}\u{202e}\x1b[2J"), "a\\rb\\u{200b}\\u{202e}\\u{1b}[2J");
+    }
 }

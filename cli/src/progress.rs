@@ -35,8 +35,8 @@ pub(crate) struct Shown {
     bar: ProgressBar,
     /// The nodes that are being evaluated.
     busy: Mutex<Vec<String>>,
-    /// The nodes that have written a file.
-    written: Mutex<Vec<String>>,
+    /// What has ended.
+    reports: Mutex<Vec<Report>>,
 }
 
 impl Shown {
@@ -52,7 +52,7 @@ impl Shown {
         if detail == Detail::Bar {
             bar.enable_steady_tick(std::time::Duration::from_millis(100));
         }
-        Shown { detail, bar, busy: Mutex::default(), written: Mutex::default() }
+        Shown { detail, bar, busy: Mutex::default(), reports: Mutex::default() }
     }
 
     /// Takes the bar away.
@@ -60,9 +60,9 @@ impl Shown {
         self.bar.finish_and_clear();
     }
 
-    /// The nodes that have written a file.
-    pub(crate) fn written(&self) -> Vec<String> {
-        self.written.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    /// What has ended, also if something failed.
+    pub(crate) fn reports(&self) -> Vec<Report> {
+        self.reports.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     fn with_busy(&self, change: impl FnOnce(&mut Vec<String>)) {
@@ -78,23 +78,17 @@ impl Progress for Shown {
     }
 
     fn noted(&self, node: &str, message: &str) {
-        if self.detail != Detail::Quiet {
-            self.bar.suspend(|| print::note(format!("node \"{node}\": {message}")));
-        }
+        self.bar.suspend(|| print::note(format!("node \"{node}\": {message}")));
     }
 
     fn warned(&self, node: &str, message: &str) {
-        if self.detail != Detail::Quiet {
-            self.bar.suspend(|| print::warning(format!("node \"{node}\": {message}")));
-        }
+        self.bar.suspend(|| print::warning(format!("node \"{node}\": {message}")));
     }
 
     fn finished(&self, report: &Report) {
         self.with_busy(|busy| busy.retain(|node| *node != report.node));
         self.bar.inc(1);
-        if report.facts.iter().any(|(name, _)| *name == "file bytes") {
-            self.written.lock().unwrap_or_else(PoisonError::into_inner).push(report.node.clone());
-        }
+        self.reports.lock().unwrap_or_else(PoisonError::into_inner).push(report.clone());
         if self.detail == Detail::Lines && report.outcome == Outcome::Evaluated {
             let facts: Vec<String> = report
                 .facts

@@ -1,39 +1,67 @@
 //! `spandrel render`.
 
+use spandrel_engine::graph::check::NodeInfo;
 use spandrel_engine::graph::demand::{Failure, Wishes};
-use spandrel_engine::graph::diagnostic::{list, nearest};
 use spandrel_engine::graph::document::{Document, RawNode};
 use spandrel_engine::graph::{Graph, Plan, Registry, Run};
 use spandrel_engine::image::Window;
 use spandrel_engine::output;
 use spandrel_engine::texture::store;
 use spandrel_engine::values::{Delivery, Override};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::args::{Format, Render, Setting};
+use crate::args::{Format, Render};
 use crate::progress::{Detail, Shown};
+use crate::stats::{Done, Written};
 use crate::{check, exit, print, stats};
 
-pub(crate) fn run(registry: &Registry, args: &Render) -> u8 {
+pub(crate) fn run(registry: &Registry, args: &Render, denies_warnings: bool) -> u8 {
     if let Some(jobs) = args.jobs {
         // Fails only if threads were started before, and then there are some.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build_global();
     }
-    match render(registry, args) {
-        Ok(()) => exit::DONE,
-        Err(code) => code,
+    print::be_quiet(args.quiet);
+    let mut done = Done::default();
+    let code = render(registry, args, &mut done).err().unwrap_or(exit::DONE);
+    let code = exit::settled(code, denies_warnings);
+    if args.stats == Some(Format::Json) {
+        let all = stats::json(&done, &print::said());
+        print::out(&all);
     }
+    code
 }
 
-fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
+fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8> {
     store().set_limit(args.textures);
-    let (graph, outputs) = prepare(registry, args)?;
+    let (graph, all) = prepare(registry, args)?;
+    let writes_to_standard =
+        all.iter().any(|id| files(&graph, id).any(|file| output::is_standard(&file)));
+    if writes_to_standard && args.stats == Some(Format::Json) {
+        print::error(
+            "--stats=json: the standard output is the picture: write the picture to a file",
+        );
+        return Err(exit::USAGE);
+    }
+    // Beside a picture or statistics for programs, the standard output has nothing else.
+    let is_taken = writes_to_standard || args.stats == Some(Format::Json);
+    let report =
+        |text: &str| if is_taken { print::err(text.trim_end()) } else { print::words(text) };
+    let is_kept = |id: &String| {
+        let is_there = |file: PathBuf| !output::is_standard(&file) && file.exists();
+        args.no_clobber && files(&graph, id).next().is_some() && files(&graph, id).all(is_there)
+    };
+    let (kept, outputs): (Vec<String>, Vec<String>) = all.into_iter().partition(is_kept);
+    for node in &kept {
+        for file in files(&graph, node) {
+            print::chat(&format!("kept {}: it exists", output::tidy(&file).display()));
+            done.skipped.push(Written { node: node.clone(), file, bytes: None });
+        }
+    }
     let changed = Override {
         size: args.size,
         scale: args.scale,
         window: args.window.map(|[x, y, width, height]| Window { x, y, width, height }),
-        no_clobber: args.no_clobber,
     };
     let mut wishes = Wishes::new();
     for output in &outputs {
@@ -41,79 +69,94 @@ fn render(registry: &Registry, args: &Render) -> Result<(), u8> {
     }
     let plan = Plan::new(&graph, &wishes).map_err(|failure| fail(args, &failure))?;
     if args.dry_run && args.explain {
-        print::out(&stats::explanation(&graph, &plan, &[]));
+        report(&stats::explanation(&graph, &plan, &[]));
         return Ok(());
     }
     if args.dry_run {
         let mut nodes = plan.nodes(&graph);
         nodes.reverse();
-        print::out(&format!("would evaluate: {}\n", nodes.join(", ")));
+        report(&format!("would evaluate: {}\n", nodes.join(", ")));
         return Ok(());
+    }
+    // What cannot be written is told before it is computed.
+    for node in &outputs {
+        for file in files(&graph, node) {
+            let checked = output::check(&file);
+            checked.map_err(|error| fail(args, &Failure { node: node.clone(), error }))?;
+        }
     }
     let detail = Detail::new(args.quiet, args.verbose);
     let shown = Shown::new(detail, plan.nodes(&graph).len());
     let clock = Instant::now();
     let evaluated = Run::new().evaluate(&graph, &plan, &shown);
     shown.clear();
-    let seconds = clock.elapsed().as_secs_f64();
-    let evaluated = evaluated.map_err(|failure| {
-        let written = shown.written();
-        if detail != Detail::Quiet && !written.is_empty() {
-            print::err(&format!("written before the failure by: {}", written.join(", ")));
+    done.seconds = clock.elapsed().as_secs_f64();
+    done.reports = shown.reports();
+    for node in &outputs {
+        let report = done.reports.iter().find(|report| report.node == *node);
+        let fact = report.and_then(|r| r.facts.iter().find(|(name, _)| *name == "file bytes"));
+        for file in files(&graph, node).filter(|_| fact.is_some()) {
+            let bytes = fact.map(|(_, bytes)| *bytes);
+            done.outputs.push(Written { node: node.clone(), file, bytes });
         }
-        fail(args, &failure)
-    })?;
+    }
+    for Written { file, bytes, .. } in &done.outputs {
+        let size = print::bytes(bytes.unwrap_or(0));
+        match output::is_standard(file) {
+            true => print::chat(&format!("wrote the standard output ({size})")),
+            false => print::chat(&format!("wrote {} ({size})", output::tidy(file).display())),
+        }
+    }
+    evaluated.map_err(|failure| fail(args, &failure))?;
     if args.explain {
-        print::out(&stats::explanation(&graph, &plan, &evaluated.reports));
+        report(&stats::explanation(&graph, &plan, &done.reports));
     }
     let textures = store().report();
-    if detail != Detail::Quiet && textures.reads > 4 * textures.pictures as u64 {
-        print::warning(format!(
+    if textures.reads > 4 * textures.pictures as u64 {
+        print::note(format!(
             "{} pictures on surfaces were read {} times: more --textures than {} saves time",
             textures.pictures,
             textures.reads,
             print::bytes(args.textures as u64)
         ));
     }
-    match args.stats {
-        Some(Format::Table) => {
-            print::out(&stats::table(&evaluated.reports, seconds));
-            if textures.reads > 0 {
-                let most = print::bytes(textures.most as u64);
-                let reads = textures.reads;
-                print::out(&format!("pictures on surfaces: {most} at most, {reads} times read\n"));
-            }
+    if args.stats == Some(Format::Table) {
+        report(&stats::table(&done.reports, done.seconds));
+        if textures.reads > 0 {
+            let most = print::bytes(textures.most as u64);
+            let reads = textures.reads;
+            report(&format!("pictures on surfaces: {most} at most, {reads} times read\n"));
         }
-        Some(Format::Json) => print::out(&stats::json(&evaluated.reports, seconds)),
-        None => {}
     }
-    if detail != Detail::Quiet {
-        for wish in 0..outputs.len() {
-            let Delivery { path, bytes } = &*evaluated.value::<Delivery>(wish);
-            print::err(&format!(
-                "wrote {} ({})",
-                output::tidy(path).display(),
-                print::bytes(*bytes)
-            ));
-        }
-        print::err(&format!("done in {}", print::seconds(seconds)));
-    }
+    print::chat(&format!("done in {}", print::seconds(done.seconds)));
     Ok(())
+}
+
+/// A node of a graph.
+fn node<'g>(graph: &'g Graph, id: &str) -> Option<NodeInfo<'g>> {
+    graph.nodes().find(|node| node.id == id)
+}
+
+/// The files that a node writes.
+fn files(graph: &Graph, id: &str) -> impl Iterator<Item = PathBuf> {
+    let writes = node(graph, id).map_or(Vec::new(), |node| node.writes);
+    writes.into_iter().map(|(_, file)| graph.directory().join(file))
 }
 
 /// Reads the graph and finds the nodes that write.
 fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u8> {
     let (mut document, directory) = check::open(&args.graph)?;
-    let mut settings = args.set.clone();
+    if let Some(file) = &args.output {
+        // It becomes part of the graph, which is text.
+        let is_text = file.to_str().map(drop).ok_or_else(|| "its name is not UTF-8".to_owned());
+        is_text.and_then(|()| output::check_name(file)).map_err(|message| {
+            print::error(format!("-o {}: {message}", file.display()));
+            exit::USAGE
+        })?;
+    }
     for name in &args.write {
         let Some(raw) = document.nodes.iter().find(|raw| raw.id == *name) else {
-            let names = document.nodes.iter().map(|raw| raw.id.as_str());
-            let cure = match nearest(name, names.clone()) {
-                Some(near) => format!("did you mean {near}?"),
-                None => format!("there are {}", list(names)),
-            };
-            print::error(format!("-w {name}: there is no such node: {cure}"));
-            return Err(exit::USAGE);
+            return Err(check::unknown("-w", name, document.nodes.iter().map(|raw| &*raw.id)));
         };
         let makes = registry.kind(&raw.kind).map_or("File", |kind| kind.output);
         let (fits, needs) = match &args.output {
@@ -128,51 +171,85 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
             return Err(exit::USAGE);
         }
     }
-    // A picture that is asked for by name gets a writer of its own.
-    let mut outputs = args.write.clone();
-    if let (Some(file), [node]) = (&args.output, &args.write[..]) {
-        let makes = document.nodes.iter().find(|raw| raw.id == *node);
-        let kind = makes.and_then(|raw| registry.kind(&raw.kind));
-        if let Some(writer_kind) = kind.and_then(|kind| writer_of(kind.output, file)) {
-            let lines =
-                if writer_kind == "WriteSpans" { resolved(&document) } else { String::new() };
-            document.nodes.push(writer(writer_kind, node, &absolute(file), &lines));
-            outputs = vec![WRITER.to_owned()];
-        }
-    }
-    if outputs.is_empty() {
-        let writes =
-            |raw: &&RawNode| registry.kind(&raw.kind).is_some_and(|kind| kind.output == "File");
-        outputs = document.nodes.iter().filter(writes).map(|raw| raw.id.clone()).collect();
-    }
-    match (&args.output, &outputs[..]) {
-        (Some(_), [only]) if only == WRITER => {}
-        (Some(file), [only]) => settings.push(Setting {
-            node: only.clone(),
-            field: "path".to_owned(),
-            value: format!("{:?}", absolute(file)),
-        }),
-        (Some(_), several) => {
-            let message = format!(
-                "-o names one file, but {} nodes write: choose one with -w: {}",
-                several.len(),
-                several.join(", ")
-            );
-            print::error(message);
-            return Err(exit::USAGE);
-        }
-        (None, _) => {}
-    }
-    check::set(registry, &mut document, &settings)?;
+    let outputs = outputs(registry, args, &mut document)?;
+    check::set(registry, &mut document, &args.set)?;
     let graph = check::check(registry, &args.graph, &document, &directory)?;
     if outputs.is_empty() {
+        let name = check::name(&args.graph);
         print::error(format!(
-            "{} writes nothing: add a Write node, or name a picture with -w NODE -o FILE",
-            args.graph.display()
+            "{name} writes nothing: add a Write node, or name a picture with -w NODE -o FILE"
         ));
         return Err(exit::INVALID);
     }
-    Ok((graph, outputs))
+    let Some(window) = args.window.filter(|_| args.output.is_none()) else {
+        return Ok((graph, outputs));
+    };
+    // A part of a picture must not replace the whole.
+    for info in graph.nodes().filter(|node| outputs.iter().any(|id| id == node.id)) {
+        for (field, file) in info.writes {
+            let file = part_name(file, window);
+            // The node was read with this field, so that it can be set.
+            let _ = document.set(info.id, field, &format!("{file:?}"));
+        }
+    }
+    Ok((check::check(registry, &args.graph, &document, &directory)?, outputs))
+}
+
+/// The nodes that are to write; what is named by `-o` is set, and gets a writer if it has none.
+fn outputs(registry: &Registry, args: &Render, document: &mut Document) -> Result<Vec<String>, u8> {
+    let kind = |raw: &RawNode| registry.kind(&raw.kind);
+    let mut outputs = args.write.clone();
+    if outputs.is_empty() {
+        let writes = |raw: &&RawNode| kind(raw).is_some_and(|kind| kind.output == "File");
+        outputs = document.nodes.iter().filter(writes).map(|raw| raw.id.clone()).collect();
+    }
+    let Some(file) = &args.output else { return Ok(outputs) };
+    let [only] = &outputs[..] else {
+        if outputs.is_empty() {
+            return Ok(outputs);
+        }
+        print::error(format!(
+            "-o names one file, but {} nodes write: choose one with -w: {}",
+            outputs.len(),
+            outputs.join(", ")
+        ));
+        return Err(exit::USAGE);
+    };
+    let Some(raw) = document.nodes.iter().find(|raw| raw.id == *only) else { return Ok(outputs) };
+    let Some(writer_kind) = kind(raw).and_then(|kind| writer_of(kind.output, file)) else {
+        let ending =
+            raw.value("path").and_then(|path| path.trim_end_matches(['"', '#']).rsplit_once('.'));
+        let file = with_ending(file, ending.map_or("png", |(_, ending)| ending));
+        let set = document.set(&only.clone(), "path", &format!("{:?}", absolute(&file)));
+        set.map_err(|message| {
+            print::error(format!("-o {}: {message}", file.display()));
+            exit::USAGE
+        })?;
+        return Ok(outputs);
+    };
+    // A picture that is asked for by name gets a writer of its own.
+    let (lines, ending) = match writer_kind {
+        "WriteSpans" => (resolved(document), "span"),
+        _ => (String::new(), "png"),
+    };
+    let path = absolute(&with_ending(file, ending));
+    let new = writer(writer_kind, only, &path, &lines);
+    document.nodes.push(new);
+    Ok(vec![WRITER.to_owned()])
+}
+
+/// The name of the standard output with the ending that says its format.
+fn with_ending(file: &Path, ending: &str) -> PathBuf {
+    if file == Path::new("-") { file.with_extension(ending) } else { file.to_owned() }
+}
+
+/// The name of a part of a picture: `town.png` becomes `town.40,30,10,5.png`.
+fn part_name(file: &str, [x, y, width, height]: [u32; 4]) -> String {
+    let part = format!("{x},{y},{width},{height}");
+    match file.rsplit_once('.') {
+        Some((stem, ending)) => format!("{stem}.{part}.{ending}"),
+        None => format!("{file}.{part}"),
+    }
 }
 
 /// The node that writes a picture which is named on the command line.
@@ -180,9 +257,10 @@ pub(crate) const WRITER: &str = "file_of_the_command_line";
 
 /// The kind of node that writes a type of value to a file.
 fn writer_of(output: &str, file: &Path) -> Option<&'static str> {
+    let is_open = file == Path::new("-");
     match (output, file.extension().is_some_and(|e| e == "span")) {
         ("Image", false) => Some("Write"),
-        ("SpanImage", true) => Some("WriteSpans"),
+        ("SpanImage", is_span) if is_span || is_open => Some("WriteSpans"),
         _ => None,
     }
 }
@@ -217,6 +295,6 @@ fn absolute(path: &Path) -> String {
 }
 
 fn fail(args: &Render, failure: &Failure) -> u8 {
-    print::error(format!("{}: {failure}", args.graph.display()));
+    print::error(format!("{}: {failure}", check::name(&args.graph)));
     exit::of(&failure.error)
 }

@@ -4,9 +4,38 @@ use serde_json::{Value as Json, json};
 use spandrel_engine::graph::demand::Asked;
 use spandrel_engine::graph::evaluate::Outcome;
 use spandrel_engine::graph::{Graph, Plan, Report};
+use spandrel_engine::output;
 use std::fmt::Write;
+use std::path::PathBuf;
 
-use crate::print;
+use crate::print::{self, Said};
+
+/// What a render did, as far as it came.
+#[derive(Default)]
+pub(crate) struct Done {
+    /// What was written.
+    pub(crate) outputs: Vec<Written>,
+    /// What was there, and was left alone.
+    pub(crate) skipped: Vec<Written>,
+    /// Nodes that have ended.
+    pub(crate) reports: Vec<Report>,
+    /// Time of the evaluation.
+    pub(crate) seconds: f64,
+}
+
+/// A file of a node.
+pub(crate) struct Written {
+    pub(crate) node: String,
+    pub(crate) file: PathBuf,
+    pub(crate) bytes: Option<u64>,
+}
+
+impl Written {
+    fn json(&self) -> Json {
+        let file = output::tidy(&self.file).display().to_string();
+        json!({ "node": self.node, "file": file, "bytes": self.bytes })
+    }
+}
 
 fn outcome(report: &Report) -> &'static str {
     match report.outcome {
@@ -51,9 +80,10 @@ pub(crate) fn table(reports: &[Report], seconds: f64) -> String {
     out
 }
 
-/// The same for programs.
-pub(crate) fn json(reports: &[Report], seconds: f64) -> String {
-    let nodes: Vec<_> = reports
+/// All that is known of a render, for programs.
+pub(crate) fn json(done: &Done, said: &Said) -> String {
+    let nodes: Vec<_> = done
+        .reports
         .iter()
         .map(|report| {
             let facts: serde_json::Map<String, serde_json::Value> = report
@@ -72,8 +102,19 @@ pub(crate) fn json(reports: &[Report], seconds: f64) -> String {
             })
         })
         .collect();
-    let peak = peak_memory();
-    format!("{:#}\n", json!({ "seconds": seconds, "peak_bytes": peak, "nodes": nodes }))
+    let files = |files: &[Written]| files.iter().map(Written::json).collect::<Vec<_>>();
+    let all = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "outputs": files(&done.outputs),
+        "skipped": files(&done.skipped),
+        "errors": said.errors,
+        "warnings": said.warnings,
+        "notes": said.notes,
+        "seconds": done.seconds,
+        "peak_bytes": peak_memory(),
+        "nodes": nodes,
+    });
+    format!("{all:#}\n")
 }
 
 /// The most memory that this process has held, where the system says so.

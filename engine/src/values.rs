@@ -12,7 +12,7 @@
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::camera::Camera;
@@ -162,8 +162,6 @@ pub struct Override {
     pub scale: Option<(f64, f64)>,
     /// The part that is computed.
     pub window: Option<Window>,
-    /// Whether files that exist are left alone.
-    pub no_clobber: bool,
 }
 
 /// What is asked of an [`Image`].
@@ -247,19 +245,6 @@ pub struct Delivery {
     pub path: PathBuf,
     /// Its length.
     pub bytes: u64,
-}
-
-impl Override {
-    /// Whether a file may be written.
-    ///
-    /// # Errors
-    /// If it exists and is to be left alone.
-    pub fn check_clobber(&self, path: &Path) -> Result<()> {
-        if self.no_clobber && path.exists() {
-            return Err(Error::output(path, "it exists, and --no-clobber leaves it alone"));
-        }
-        Ok(())
-    }
 }
 
 impl Demand for Override {

@@ -53,12 +53,13 @@ pub(crate) fn run(registry: &Registry, args: &Measure) -> u8 {
 }
 
 fn measure(registry: &Registry, args: &Measure) -> Result<(), u8> {
+    print::be_quiet(args.quiet);
     for path in &args.output {
-        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        if !["csv", "svg", "html"].contains(&ending) {
-            print::error(format!("{}: write a .csv, .svg or .html", path.display()));
-            return Err(exit::USAGE);
-        }
+        print::check_output(path, &["csv", "svg", "html"])?;
+    }
+    if check::is_standard(&args.graph) {
+        print::error("-: a graph that is measured is read many times: name its file");
+        return Err(exit::USAGE);
     }
     let node = picture(registry, args)?;
     let folder = std::env::temp_dir().join(format!("spandrel-measure-{}", std::process::id()));
@@ -68,8 +69,8 @@ fn measure(registry: &Registry, args: &Measure) -> Result<(), u8> {
     // A folder of the system's for temporary files; nothing is lost if it stays.
     let _ = std::fs::remove_dir_all(&folder);
     let done = measured.and_then(|measurement| {
-        print::out(&report::table(&measurement));
-        args.output.iter().try_for_each(|path| write(path, &measurement, args.quiet))
+        print::words(&report::table(&measurement));
+        args.output.iter().try_for_each(|path| write(path, &measurement))
     });
     done.map_err(|error| {
         print::error(&error);
@@ -79,9 +80,18 @@ fn measure(registry: &Registry, args: &Measure) -> Result<(), u8> {
 
 /// The picture that is measured: the one named, or the only one that is written.
 fn picture(registry: &Registry, args: &Measure) -> Result<String, u8> {
-    let settings: Vec<Setting> = args.reference.clone();
-    let graph = check::read(registry, &args.graph, &settings)?;
+    // What is wrong with a setting is told before hours of rendering the others.
+    let known = |settings: &[Setting]| {
+        let own = |setting: &&Setting| setting.node != render::WRITER;
+        let settings: Vec<Setting> = settings.iter().filter(own).cloned().collect();
+        check::read(registry, &args.graph, &settings)
+    };
+    combinations(&args.vary).iter().try_for_each(|settings| known(settings).map(drop))?;
+    let graph = known(&args.reference)?;
     if let Some(node) = &args.write {
+        if graph.nodes().all(|known| known.id != node) {
+            return Err(check::unknown("-w", node, graph.nodes().map(|known| known.id)));
+        }
         return Ok(node.clone());
     }
     let written = graph.nodes().filter(|node| node.output == "File");
@@ -119,7 +129,7 @@ impl Runner<'_> {
         let parameters = self.args.vary.iter().map(Setting::place).collect();
         let reference = self.args.reference.iter().map(Setting::to_string);
         let reference = reference.collect::<Vec<_>>().join(", ");
-        self.say(&format!("reference: {reference}"));
+        print::chat(&format!("reference: {reference}"));
         let place = self.folder.join("reference.exr");
         self.run(&self.args.reference, &place)?;
         let truth = difference::read(&place)?;
@@ -127,7 +137,7 @@ impl Runner<'_> {
         let combinations = combinations(&self.args.vary);
         for (i, settings) in combinations.iter().enumerate() {
             let words = settings.iter().map(Setting::to_string).collect::<Vec<_>>().join(", ");
-            self.say(&format!("{} of {}: {words}", i + 1, combinations.len()));
+            print::chat(&format!("{} of {}: {words}", i + 1, combinations.len()));
             rows.push(self.measure(settings, &truth)?);
         }
         mark_best(&mut rows);
@@ -138,12 +148,6 @@ impl Runner<'_> {
             parameters,
             rows,
         })
-    }
-
-    fn say(&self, text: &str) {
-        if !self.args.quiet {
-            print::err(text);
-        }
     }
 
     fn measure(&self, settings: &[Setting], truth: &Image) -> Result<Measured> {
@@ -181,6 +185,12 @@ impl Runner<'_> {
             return Err(Error::invalid(format!("with {words}:\n{said}")));
         }
         let stats: Json = serde_json::from_slice(&ran.stdout).unwrap_or_default();
+        for warning in stats["warnings"].as_array().into_iter().flatten().filter_map(Json::as_str) {
+            let is_new = !print::said().warnings.iter().any(|known| known == warning);
+            if is_new {
+                print::warning(warning);
+            }
+        }
         let nodes = stats["nodes"].as_array().cloned().unwrap_or_default();
         let seconds = |value: &Json| value["seconds"].as_f64().unwrap_or(0.0);
         let writing: f64 = nodes.iter().filter(|n| n["node"] == render::WRITER).map(seconds).sum();
@@ -242,16 +252,14 @@ fn mark_best(rows: &mut [Measured]) {
     }
 }
 
-fn write(path: &PathBuf, measurement: &Measurement, quiet: bool) -> Result<()> {
+fn write(path: &PathBuf, measurement: &Measurement) -> Result<()> {
     let text = match path.extension().and_then(|e| e.to_str()) {
         Some("csv") => report::csv(measurement),
         Some("svg") => plot::svg(measurement),
         _ => report::html(measurement),
     };
     output::write(path, |out| out.write_all(text.as_bytes()).map_err(|e| Error::output(path, e)))?;
-    if !quiet {
-        print::err(&format!("wrote {}", path.display()));
-    }
+    print::chat(&format!("wrote {}", path.display()));
     Ok(())
 }
 

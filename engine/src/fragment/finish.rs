@@ -14,6 +14,7 @@ pub struct Finish {
     /// Share of all other light that its colour reflects to all sides, in [0, 1].
     pub diffuse: f32,
     /// What shines on it.
+    #[serde(skip_serializing_if = "is_matt")]
     pub gloss: Gloss,
     /// The luminance with which it glows by itself, in cd/m2.
     pub glow: Color,
@@ -115,6 +116,11 @@ impl Finish {
             }
         }
     }
+}
+
+/// Matt surfaces say nothing of gloss: RON has another `None`.
+fn is_matt(gloss: &Gloss) -> bool {
+    *gloss == Gloss::None
 }
 
 impl Default for Finish {

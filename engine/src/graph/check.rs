@@ -28,6 +28,8 @@ pub(super) struct Checked {
     pub(super) kind: Arc<Kind>,
     pub(super) node: Box<dyn AnyNode>,
     pub(super) files: Vec<String>,
+    /// The fields that name files which it writes, and the files.
+    writes: Vec<(String, String)>,
     links: Vec<usize>,
 }
 
@@ -42,6 +44,8 @@ pub struct NodeInfo<'g> {
     pub output: &'static str,
     /// The names of the nodes that it uses.
     pub uses: Vec<&'g str>,
+    /// The fields that name files which it writes, and the files, as the graph has them.
+    pub writes: Vec<(&'g str, &'g str)>,
 }
 
 /// A link before it is resolved.
@@ -101,6 +105,7 @@ impl Graph {
             kind: node.kind.name,
             output: node.kind.output,
             uses: node.links.iter().map(|link| self.nodes[*link].id.as_str()).collect(),
+            writes: node.writes.iter().map(|(field, file)| (&**field, &**file)).collect(),
         })
     }
 
@@ -150,7 +155,7 @@ impl Check<'_> {
             }
         }
         let from = self.nodes.len();
-        let mut files = Vec::new();
+        let (mut files, mut writes) = (Vec::new(), Vec::new());
         let (wishes, faults, outputs) = (&mut self.wishes, &mut self.faults, &mut self.outputs);
         let nodes = &self.nodes;
         let directory = self.directory;
@@ -167,9 +172,15 @@ impl Check<'_> {
             }
             Leaf::Output(path) if path.is_empty() => {}
             Leaf::Output(path) => {
-                let place = crate::output::tidy(&directory.join(&path));
+                let place = directory.join(&path);
+                if let Err(message) = crate::output::check_name(&place) {
+                    let message = format!("`{field}`: \"{path}\": {message}");
+                    faults.push(Diagnostic::error(raw.field(field), message));
+                }
+                writes.push((field.to_owned(), path));
+                let place = crate::output::real(&place);
                 if let Some((first, _)) = outputs.insert(place, (from, raw.field(field))) {
-                    let first = &nodes[first].id;
+                    let first = nodes.get(first).map_or(&raw.id, |node| &node.id);
                     let message = format!("\"{first}\" and \"{}\" write the same file", raw.id);
                     let fault = Diagnostic::error(raw.field(field), message);
                     faults.push(fault.label("the second").help("name another file"));
@@ -187,7 +198,8 @@ impl Check<'_> {
             let span = span.unwrap_or_else(|| raw.field(fault.field));
             self.faults.push(Diagnostic::error(span, message));
         }
-        self.nodes.push(Checked { id: raw.id.clone(), kind, node, files, links: Vec::new() });
+        let id = raw.id.clone();
+        self.nodes.push(Checked { id, kind, node, files, writes, links: Vec::new() });
     }
 
     /// Parses a node. What is wrong with a field is reported, and the rest is read without it, for all errors to be
@@ -333,7 +345,8 @@ impl Check<'_> {
                 names.insert(wish.target.clone(), self.nodes.len());
                 let files = vec![wish.target.clone()];
                 let id = wish.target.clone();
-                self.nodes.push(Checked { id, kind, node, files, links: Vec::new() });
+                let (writes, links) = (Vec::new(), Vec::new());
+                self.nodes.push(Checked { id, kind, node, files, writes, links });
             }
             Err(error) => {
                 self.faults
@@ -344,12 +357,11 @@ impl Check<'_> {
 
     /// Reports every node that would overwrite a file which it is made from.
     fn overwritten(&mut self) {
-        let real =
-            |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| crate::output::tidy(path));
+        use crate::output::real;
         let readers = self.nodes.iter().flat_map(|node| &node.files);
         let read: HashSet<PathBuf> = readers.map(|file| real(&self.directory.join(file))).collect();
         for (path, (writer, span)) in &self.outputs {
-            if !read.contains(&real(path)) {
+            if !read.contains(path) {
                 continue;
             }
             let (mut open, mut seen) = (vec![*writer], vec![false; self.nodes.len()]);
@@ -359,7 +371,7 @@ impl Check<'_> {
                 }
                 let node = &self.nodes[at];
                 open.extend(&node.links);
-                if node.files.iter().any(|file| real(&self.directory.join(file)) == real(path)) {
+                if node.files.iter().any(|file| real(&self.directory.join(file)) == *path) {
                     let writer = &self.nodes[*writer].id;
                     let message =
                         format!("\"{writer}\" would overwrite a file that it is made from");

@@ -8,6 +8,7 @@ pub mod document;
 mod domains;
 pub mod examine;
 pub mod face;
+pub mod files;
 pub mod flat;
 pub mod geometry;
 mod lamps;

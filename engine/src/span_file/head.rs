@@ -1,12 +1,13 @@
 //! What a file is of.
 
 use serde::{Deserialize, Serialize};
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 
 use crate::camera::{Camera, Plane, View};
 use crate::error::Result;
 use crate::fragment::{Member, Origin, Surfaces};
 use crate::key::Key;
+use crate::output::relative;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
 use crate::span::{Held, Source, SpanImage, Stage};
 
@@ -172,40 +173,5 @@ impl SceneHead {
     pub(super) fn origin(&self, folder: &Path, contents: Option<std::sync::Arc<[u8]>>) -> Origin {
         let file = folder.join(&self.path);
         Origin { file, how: self.how.clone(), key: self.key, contents }
-    }
-}
-
-/// A path as seen from a folder, if one leads to the other.
-fn relative(path: &Path, folder: &Path) -> PathBuf {
-    // Through links, as far as there are files; `..` in the result then means what it says.
-    let absolute = |path: &Path| {
-        let words = || std::path::absolute(path).map(|whole| crate::output::tidy(&whole));
-        std::fs::canonicalize(path).or_else(|_| words()).unwrap_or_else(|_| path.to_owned())
-    };
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let (path, folder) = (absolute(path), absolute(folder));
-    let names = |path: &Path| -> Vec<PathBuf> {
-        path.components().map(|part| PathBuf::from(part.as_os_str())).collect()
-    };
-    let (to, from) = (names(&path), names(&folder));
-    let shared = to.iter().zip(&from).take_while(|(a, b)| a == b).count();
-    if shared == 0 {
-        return path;
-    }
-    let up =
-        std::iter::repeat_n(PathBuf::from(Component::ParentDir.as_os_str()), from.len() - shared);
-    up.chain(to[shared..].iter().cloned()).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn paths_are_seen_from_the_files_folder() {
-        let seen = |path: &str, folder: &str| relative(Path::new(path), Path::new(folder));
-        assert_eq!(seen("/a/b/c.ron", "/a/b"), Path::new("c.ron"));
-        assert_eq!(seen("/a/b/c.ron", "/a/x/y"), Path::new("../../b/c.ron"));
-        assert_eq!(seen("a/../c.ron", ""), Path::new("c.ron"));
     }
 }

@@ -119,7 +119,6 @@ impl Node for Write {
     }
 
     fn demand(&self, wanted: &Override, upstream: &mut Upstream<'_>) -> Result<()> {
-        wanted.check_clobber(&upstream.directory().join(&self.path.0))?;
         let (channels, changed) = (self.asked(), wanted.clone());
         upstream.ask(&self.image, Picture { channels, changed });
         Ok(())
@@ -131,7 +130,15 @@ impl Node for Write {
         if let Some(window) = wanted.window
             && window != image.window
         {
-            image = Arc::new(image.cropped(window));
+            let (width, height) = image.size;
+            let part = window.within(width, height);
+            if part.area() == 0 {
+                return Err(Error::invalid(format!(
+                    "a window of {} by {} pixels at {}, {} lies outside of the picture, which has {width} by {height}",
+                    window.width, window.height, window.x, window.y
+                )));
+            }
+            image = Arc::new(image.cropped(part));
         }
         let asked = self.asked();
         let unasked: Vec<String> = image

@@ -84,7 +84,6 @@ impl Node for WriteSpans {
     }
 
     fn demand(&self, wanted: &Override, upstream: &mut Upstream<'_>) -> Result<()> {
-        wanted.check_clobber(&upstream.directory().join(&self.path.0))?;
         let (width, height) = wanted.size.unwrap_or(self.size);
         let raster = Raster::new(width, height)?;
         let rows = match wanted.window {

@@ -13,7 +13,6 @@ pub(crate) fn roads() -> Document {
         ("paint", "#dcd8cc"),
         ("kerb", "#b3ada2"),
         ("paving", "#a8a094"),
-        ("setts", "#8c857b"),
         ("rail", "#9da3a6"),
         ("iron", "#34383a"),
         ("lamp", "#f3e3bd"),

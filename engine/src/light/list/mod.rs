@@ -110,6 +110,15 @@ impl Entry {
         }
     }
 
+    /// The file that it is made from, to change it.
+    pub fn file_mut(&mut self) -> Option<&mut LampFile> {
+        match self {
+            Entry::PointLight(light) => light.lamp.as_mut(),
+            Entry::SkyLight(light) => light.picture.as_mut(),
+            _ => None,
+        }
+    }
+
     /// The light as the rest of its scene has it: what it leaves open, the environment may say.
     pub fn under(mut self, environment: Option<&Environment>) -> Entry {
         if let (Entry::SkyLight(sky), Some(environment)) = (&mut self, environment) {
