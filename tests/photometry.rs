@@ -186,3 +186,55 @@ fn a_damaged_lamp_file_is_an_error_that_says_where() {
         "{error}"
     );
 }
+
+#[test]
+fn a_lamp_with_its_up_swings_through_straight_down_without_a_turn() {
+    use spandrel_engine::light::Receiver;
+    use spandrel_engine::light::list::SpotLight;
+    let folder = spandrel_tests::program::Scratch::new("a_lamp_swings");
+    let path = folder.path().join("quarters.ies");
+    // Four quarters of 100, 200, 300 and 400 cd, C0 to C270, alike from nadir to zenith.
+    let text = ies(
+        "1 -1 1 2 5 1 2 0 0 0 1 1 0\n0 180\n0 90 180 270 360\n100 100 200 200 300 300 400 400 100 100",
+    );
+    std::fs::write(&path, text).unwrap();
+    let file = Some(LampFile(path.to_string_lossy().into_owned()));
+    // What lies below and to a side of it receives.
+    let lux = |lamp: &dyn MakeLamp, side: DVec3| {
+        let lamp = lamp.lamp("", Path::new("")).unwrap();
+        let position = v(0.0, -1.0, 0.0) + 0.2 * side;
+        let at = Receiver { position, normal: -position.normalize() };
+        lamp.light.irradiance(&at).luminance()
+    };
+    let point = |swing: f64, up: Option<DVec3>| PointLight {
+        lamp: file.clone(),
+        aim: Some(v(swing, -1.0, 0.0)),
+        up,
+        ..PointLight::default()
+    };
+    // Down, C0 to +x and C90 to -z; with `up` to -z it stays so through the swing.
+    let up = Some(DVec3::NEG_Z);
+    let close_to = |a: f32, b: f32| (a - b).abs() < 0.02 * b;
+    for swing in [-0.02, -1e-7, 0.0, 1e-7, 0.02] {
+        let [x, z] = [DVec3::X, DVec3::NEG_Z].map(|side| lux(&point(swing, up), side));
+        let [right, back] = [100.0, 200.0].map(|candela| candela / 1.04f32);
+        assert!(close_to(x, right) && close_to(z, back), "{swing}: {x} {z}");
+    }
+    // Without it there is a turn, which is why there is an `up`.
+    assert!(!close_to(lux(&point(-0.02, None), DVec3::X), lux(&point(0.0, None), DVec3::X)));
+    let along = PointLight { up: Some(DVec3::Y), ..point(0.0, None) };
+    assert_eq!(along.lamp("", Path::new("")).unwrap_err().field, "up");
+    // A spot of 180 degrees is that lamp; a narrow one cuts it.
+    let spot = |angle: f64, intensity: f64| SpotLight {
+        lamp: file.clone(),
+        direction: DVec3::NEG_Y,
+        angle,
+        inner_angle: Some(angle),
+        intensity,
+        ..SpotLight::default()
+    };
+    let whole = lux(&point(0.0, None), DVec3::X);
+    assert!(close_to(lux(&spot(180.0, 2.0), DVec3::X), 2.0 * whole));
+    assert!(close_to(lux(&spot(20.0, 1.0), DVec3::X), whole), "0.2 to a side is 11 degrees");
+    assert_eq!(lux(&spot(5.0, 1.0), DVec3::X), 0.0);
+}

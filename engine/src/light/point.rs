@@ -53,14 +53,26 @@ pub enum Beam {
         outer: f64,
         /// The angle up to which it is whole.
         inner: f64,
+        /// What goes through it, if it is not alike in all directions.
+        of: Option<Measured>,
     },
     /// As measured.
-    Measured {
-        /// From the world's axes to the lamp's: to the right, up, and along its aim.
-        frame: DMat3,
-        /// The measurement.
-        photometry: Box<Photometry>,
-    },
+    Measured(Measured),
+}
+
+/// The luminous intensity of a lamp as it was measured.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Measured {
+    /// From the world's axes to the lamp's: to the right, up, and along its aim.
+    pub frame: DMat3,
+    /// The measurement.
+    pub photometry: Box<Photometry>,
+}
+
+impl Measured {
+    fn intensity(&self, direction: DVec3) -> f64 {
+        self.photometry.intensity(self.frame * direction)
+    }
 }
 
 impl Beam {
@@ -68,15 +80,16 @@ impl Beam {
     pub fn intensity(&self, direction: DVec3) -> f64 {
         match self {
             Beam::All => 1.0,
-            Beam::Cone { axis, outer, inner } => {
+            Beam::Cone { axis, outer, inner, of } => {
                 let angle = math::acos(axis.dot(direction).clamp(-1.0, 1.0));
                 if angle >= *outer {
                     return 0.0;
                 }
                 let t = ((outer - angle) / (outer - inner).max(1e-12)).clamp(0.0, 1.0);
-                t * t * (3.0 - 2.0 * t)
+                let through = t * t * (3.0 - 2.0 * t);
+                through * of.as_ref().map_or(1.0, |of| of.intensity(direction))
             }
-            Beam::Measured { frame, photometry } => photometry.intensity(*frame * direction),
+            Beam::Measured(of) => of.intensity(direction),
         }
     }
 }

@@ -9,7 +9,7 @@ use super::{Fault, LampFile, MakeLamp, Result, lamp, place, strength, unit};
 use crate::color::Color;
 use crate::light::Lamp;
 use crate::light::photometry::Photometry;
-use crate::light::point::{Beam, Point};
+use crate::light::point::{Beam, Measured, Point};
 use crate::math;
 
 /// A lamp so small that all its light comes from one point, to all sides or as a file of photometry has
@@ -29,9 +29,12 @@ pub struct PointLight {
     /// Where the lamp is aimed: the direction of gamma 0, or of the beam. Straight down if absent.
     #[schemars(with = "Option<[f64; 3]>")]
     pub aim: Option<DVec3>,
-    /// Turns the lamp about its aim, in degrees, clockwise seen from the lamp. At 0 a lamp that is aimed
-    /// down has its plane C0 to +x and C90 to -z; one that is aimed elsewhere has its C90, or up, as high
-    /// as can be.
+    /// Where the plane C90 of the lamp lies, seen from it, at a rotation of 0: as near to this direction as its
+    /// aim lets it. Absent, upwards; a lamp that is aimed straight down or up has its C90 to -z (and its C0 to +x).
+    /// Give it for a lamp that swings through straight down, or it turns around there.
+    #[schemars(with = "Option<[f64; 3]>")]
+    pub up: Option<DVec3>,
+    /// Turns the lamp about its aim, in degrees, clockwise seen from the lamp.
     pub rotation: f64,
     /// The light's colour.
     pub color: Color,
@@ -49,6 +52,7 @@ impl Default for PointLight {
             flux: None,
             lamp: None,
             aim: None,
+            up: None,
             rotation: 0.0,
             color: Color::WHITE,
             temperature: None,
@@ -58,13 +62,18 @@ impl Default for PointLight {
 }
 
 /// From the world's axes to those of a lamp: right, up, and along its aim.
-fn lamp_frame(aim: DVec3, rotation: f64) -> Result<DMat3> {
+fn lamp_frame(aim: DVec3, up: Option<DVec3>, rotation: f64) -> Result<DMat3> {
     if !rotation.is_finite() {
         return Err(Fault::new("rotation", "must be finite"));
     }
     let aim = unit("aim", aim)?;
-    let above = [DVec3::Y, DVec3::NEG_Z].map(|up| up - aim * up.dot(aim));
-    let above = if above[0].length() > 1e-6 { above[0] } else { above[1] }.normalize();
+    let across = |up: DVec3| Some(up - aim * up.dot(aim)).filter(|up| up.length() > 1e-6);
+    let above = match up {
+        Some(up) => across(unit("up", up)?)
+            .ok_or_else(|| Fault::new("up", "lies along the lamp's aim: give another direction"))?,
+        None => across(DVec3::Y).or_else(|| across(DVec3::NEG_Z)).unwrap_or(DVec3::X),
+    };
+    let above = above.normalize();
     let right = aim.cross(above);
     let (sin, cos) = (math::sin(rotation.to_radians()), math::cos(rotation.to_radians()));
     let (right, above) = (right * cos - above * sin, above * cos + right * sin);
@@ -78,7 +87,7 @@ impl MakeLamp for PointLight {
 
     fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
         let position = place("position", self.position)?;
-        let frame = lamp_frame(self.aim.unwrap_or(DVec3::NEG_Y), self.rotation)?;
+        let frame = lamp_frame(self.aim.unwrap_or(DVec3::NEG_Y), self.up, self.rotation)?;
         if self.intensity.is_some() && self.flux.is_some() {
             return Err(Fault::new("flux", "give `intensity` or `flux`, not both"));
         }
@@ -87,7 +96,7 @@ impl MakeLamp for PointLight {
                 let photometry = Photometry::read(&directory.join(file));
                 let photometry = photometry.map_err(|error| Fault { field: "lamp", error })?;
                 let whole = if self.flux.is_some() { photometry.flux() } else { 1.0 };
-                (Beam::Measured { frame, photometry: Box::new(photometry) }, whole)
+                (Beam::Measured(Measured { frame, photometry: Box::new(photometry) }), whole)
             }
             None => (Beam::All, 4.0 * std::f64::consts::PI),
         };
@@ -120,9 +129,17 @@ pub struct SpotLight {
     /// `angle`. Absent, two thirds of that. As large as `angle`, the edge is hard, and not antialiased.
     #[schemars(range(min = 0.0, max = 180.0))]
     pub inner_angle: Option<f64>,
-    /// Luminous intensity on the axis, in candela.
+    /// Luminous intensity on the axis, in candela; with a `lamp`, the factor of what was measured.
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
+    /// A measured lamp, an IES LM-63 or EULUMDAT file, aimed along `direction`: what of it goes through the cone is
+    /// seen; 180 degrees let all of it through.
+    pub lamp: Option<LampFile>,
+    /// As `up` of PointLight, for a measured lamp.
+    #[schemars(with = "Option<[f64; 3]>")]
+    pub up: Option<DVec3>,
+    /// As `rotation` of PointLight, for a measured lamp.
+    pub rotation: f64,
     /// The light's colour.
     pub color: Color,
     /// The temperature in kelvin of a black body whose colour it has, times `color`.
@@ -139,6 +156,9 @@ impl Default for SpotLight {
             angle: 45.0,
             inner_angle: None,
             intensity: 1.0,
+            lamp: None,
+            up: None,
+            rotation: 0.0,
             color: Color::WHITE,
             temperature: None,
             on: true,
@@ -147,7 +167,11 @@ impl Default for SpotLight {
 }
 
 impl MakeLamp for SpotLight {
-    fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
+    fn check(&self) -> Result<()> {
+        SpotLight { lamp: None, ..self.clone() }.lamp("", Path::new("")).map(drop)
+    }
+
+    fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
         let angle = self.angle;
         let inner = self.inner_angle.unwrap_or(angle * 2.0 / 3.0);
         if !(angle > 0.0 && angle <= 180.0 && (0.0..=angle).contains(&inner)) {
@@ -159,7 +183,17 @@ impl MakeLamp for SpotLight {
         }
         let position = place("position", self.position)?;
         let axis = unit("direction", self.direction)?;
-        let beam = Beam::Cone { axis, outer: angle.to_radians(), inner: inner.to_radians() };
+        let frame = lamp_frame(self.direction, self.up, self.rotation)?;
+        let of = match &self.lamp {
+            Some(LampFile(file)) => {
+                let photometry = Photometry::read(&directory.join(file));
+                let photometry = photometry.map_err(|error| Fault { field: "lamp", error })?;
+                Some(Measured { frame, photometry: Box::new(photometry) })
+            }
+            None => None,
+        };
+        let (outer, inner) = (angle.to_radians(), inner.to_radians());
+        let beam = Beam::Cone { axis, outer, inner, of };
         let strength = strength("intensity", self.intensity, self.color, self.temperature)?;
         Ok(lamp(name, self.on, strength, Point { position, beam }))
     }
