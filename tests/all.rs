@@ -6,6 +6,7 @@ mod city;
 mod cli;
 mod converted;
 mod deep;
+mod dialects;
 mod domains;
 mod doubts;
 mod extremes;

@@ -117,7 +117,7 @@ const LAYERS: [(&str, &[&str]); 30] = [
     ("output", &["error"]),
     ("text", &[]),
     ("machine", &[]),
-    ("open", &["error"]),
+    ("open", &["error", "text"]),
     ("color", &["math"]),
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),
@@ -131,14 +131,17 @@ const LAYERS: [(&str, &[&str]); 30] = [
     ("fragment", &["camera", "color", "error", "key", "texture", "trace"]),
     (
         "light",
-        &["color", "error", "fragment", "image", "key", "math", "packed", "polygon", "trace"],
+        &[
+            "color", "error", "fragment", "image", "key", "math", "open", "packed", "polygon",
+            "trace",
+        ],
     ),
     ("span", &["camera", "color", "error", "fragment", "key", "math", "raster"]),
     (
         "scene",
         &[
-            "camera", "color", "error", "fragment", "image", "key", "light", "math", "polygon",
-            "text", "texture", "trace",
+            "camera", "color", "error", "fragment", "image", "key", "light", "math", "open",
+            "polygon", "text", "texture", "trace",
         ],
     ),
     (
@@ -175,7 +178,7 @@ const LAYERS: [(&str, &[&str]); 30] = [
         "span_file",
         &["camera", "color", "error", "fragment", "key", "output", "raster", "scene", "span"],
     ),
-    ("graph", &["error", "key", "output", "text"]),
+    ("graph", &["error", "key", "open", "output", "text"]),
     (
         "values",
         &[

@@ -12,6 +12,7 @@ use spandrel_engine::span_file::SpanFile;
 use spandrel_engine::{Error, Result};
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::io::Read;
 use std::path::Path;
 
 use crate::args::Info;
@@ -21,12 +22,18 @@ pub(crate) fn run(args: &Info) -> u8 {
     if let Some(Err(code)) = args.output.as_ref().map(|file| print::check_output(file, &["svg"])) {
         return code;
     }
-    let is_graph = args.file.extension().is_some_and(|e| e == "ron")
-        && open::bytes(&args.file)
-            .and_then(|bytes| Ok(starts_with_graph(&open::text(&args.file, &bytes)?.text)))
-            .unwrap_or(false);
-    let is_spans = args.file.extension().is_some_and(|e| e == "span");
-    let info = match (is_graph, is_spans, lamp::is_lamp(&args.file)) {
+    // What it is, its first bytes say; where they do not, its name.
+    let mut start = Vec::new();
+    if let Ok(file) = std::fs::File::open(&args.file) {
+        let _ = file.take(4096).read_to_end(&mut start);
+    }
+    let kind = open::kind(&start).or_else(|| open::kind(open::head(&start).as_bytes()));
+    let is_called = |ending: &str| args.file.extension().is_some_and(|e| e == ending);
+    let is_graph = starts_with_graph(&open::head(&start))
+        || is_called("ron") && text(&args.file).is_ok_and(|text| starts_with_graph(&text));
+    let is_spans = kind.map_or(is_called("span"), |kind| kind.ends_with("(.span)"));
+    let is_lamp = kind.map_or(lamp::is_lamp(&args.file), |kind| kind.ends_with("(IES)"));
+    let info = match (is_graph, is_spans, is_lamp) {
         (_, _, true) => lamp::info(&args.file, args.output.as_deref()),
         _ if args.output.is_some() => {
             Err(Error::in_file(&args.file, "only lamps (.ies, .ldt) are drawn: leave out `-o`"))
@@ -53,6 +60,11 @@ fn starts_with_graph(text: &str) -> bool {
     let code =
         text.lines().map(str::trim_start).find(|line| !line.is_empty() && !line.starts_with("//"));
     code.is_some_and(|line| line.starts_with("Graph"))
+}
+
+fn text(path: &Path) -> Result<String> {
+    let bytes = open::bytes(path)?;
+    Ok(open::text(path, &bytes)?.text.into_owned())
 }
 
 fn graph(path: &Path) -> Result<String> {

@@ -6,25 +6,45 @@
 
 use std::borrow::Cow;
 use std::cell::Cell;
+use std::io::ErrorKind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Once;
 
 use crate::error::{Error, Result};
+use crate::text::nearest;
 
 /// Reads a file.
 ///
 /// # Errors
-/// If it cannot be read, is a folder, or is empty.
+/// If it cannot be read, is a folder, or is empty; of one that is not there, with the name beside it that is nearest.
 pub fn bytes(path: &Path) -> Result<Vec<u8>> {
-    let bytes = std::fs::read(path).map_err(|error| match path.is_dir() {
-        true => Error::in_file(path, "it is a folder, not a file"),
-        false => Error::file(path, error),
+    let bytes = std::fs::read(path).map_err(|error| match error.kind() {
+        _ if path.is_dir() => Error::in_file(path, "it is a folder, not a file"),
+        ErrorKind::NotFound => {
+            let cure = match beside(path) {
+                Some(near) => format!("did you mean \"{near}\"?"),
+                None => "is it in another folder, or named otherwise?".to_owned(),
+            };
+            let said = format!("No such file or directory: {cure}");
+            Error::file(path, std::io::Error::new(ErrorKind::NotFound, said))
+        }
+        _ => Error::file(path, error),
     })?;
     if bytes.is_empty() {
         return Err(Error::in_file(path, "the file is empty: was it copied or downloaded whole?"));
     }
     Ok(bytes)
+}
+
+/// The name in a file's folder that is nearest to its own, if one is near.
+pub fn beside(path: &Path) -> Option<String> {
+    let name = path.file_name()?.to_string_lossy().into_owned();
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
+    let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
+    let names: Vec<String> = names.collect();
+    nearest(&name, names.iter().map(String::as_str)).map(str::to_owned)
 }
 
 /// The text of a file.
@@ -37,10 +57,11 @@ pub struct Text<'b> {
 }
 
 /// The text that bytes are: UTF-8; UTF-16, by its byte order mark or by its zeros; or else Windows-1252,
-/// of which Latin-1 is a part. Lines may end as they do on any system.
+/// of which Latin-1 is a part. Lines may end as they do on any system; zeros and the mark of DOS at the end are left
+/// out.
 ///
 /// # Errors
-/// If they are no text, with the first byte that shows it.
+/// If they are no text: what they are, or the line and column that show it.
 pub fn text<'b>(path: &Path, bytes: &'b [u8]) -> Result<Text<'b>> {
     let (text, note) = match bytes {
         [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => {
@@ -57,17 +78,37 @@ pub fn text<'b>(path: &Path, bytes: &'b [u8]) -> Result<Text<'b>> {
         }
         _ => utf_8(bytes),
     };
-    let is_control = |c: char| matches!(c, '\0'..='\x08' | '\x0e'..='\x1f') && c != '\x1b';
-    if let Some((at, c)) = text.char_indices().find(|(_, c)| is_control(*c)) {
-        let message = format!("not text: it has a byte {:#04x}", c as u32);
-        return Err(Error::at_byte(path, at as u64, message));
-    }
+    let text = match text.trim_end_matches(['\0', '\x1a']).len() {
+        whole if whole == text.len() => text,
+        end => Cow::Owned(text[..end].to_owned()),
+    };
     let text = if text.contains('\r') {
         Cow::Owned(text.replace("\r\n", "\n").replace('\r', "\n"))
     } else {
         text
     };
+    let is_control = |c: char| matches!(c, '\0'..='\x08' | '\x0e'..='\x1f') && c != '\x1b';
+    if let Some((at, c)) = text.char_indices().find(|(_, c)| is_control(*c)) {
+        if let Some(kind) = kind(bytes) {
+            return Err(Error::in_file(path, format!("it is {kind}, not text")));
+        }
+        let before = &text[..at];
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().map_or(0, |rest| rest.chars().count()) + 1;
+        let message = format!("not text: it has a character {:#04x}", c as u32);
+        return Err(Error::at_line(path, line, column, message));
+    }
     Ok(Text { text, note })
+}
+
+/// How text begins, as far as can be told: to know a format by it. Letters that are wrong do not matter.
+pub fn head(bytes: &[u8]) -> String {
+    let start = &bytes[..bytes.len().min(4096)];
+    let start = &start[..start.len() & !1];
+    match text(Path::new(""), start) {
+        Ok(text) => text.text.into_owned(),
+        Err(_) => String::from_utf8_lossy(start).into_owned(),
+    }
 }
 
 fn utf_8(bytes: &[u8]) -> (Cow<'_, str>, Option<String>) {
@@ -229,13 +270,15 @@ mod tests {
             assert_eq!(read(&bytes).unwrap(), (text.to_owned(), false), "{bytes:?}");
         }
         assert_eq!(read(b"H\xe4user\n\x80 5\n").unwrap(), (text.to_owned(), true));
+        assert_eq!(read(b"ab\r\n\x1a\0\0").unwrap(), ("ab\n".to_owned(), false), "an end of DOS");
         let plain: Vec<u8> = "ply x".encode_utf16().flat_map(u16::to_le_bytes).collect();
         assert_eq!(read(&plain).unwrap(), ("ply x".to_owned(), false), "without a mark");
     }
 
     #[test]
     fn what_is_no_text_is_told_with_its_byte() {
-        assert!(read(b"abc\0def").unwrap_err().contains("byte 3"), "{:?}", read(b"abc\0def"));
+        assert!(read(b"ab\r\ncd\0def").unwrap_err().starts_with("a.txt:2:3: not text"));
+        assert!(read(b"\x89PNG\r\n\x1a\n\0").unwrap_err().contains("it is a PNG picture"));
         assert!(read(b"\xff\xfea\0b").unwrap_err().contains("byte 4"));
         assert!(read(b"\xff\xfe\x00\xd8").unwrap_err().contains("UTF-16"));
         assert!(read(b"\xff\xfe\0\0a\0\0\0").unwrap_err().contains("UTF-32"));

@@ -424,12 +424,7 @@ fn absent(directory: &Path, file: &str, span: std::ops::Range<usize>) -> Option<
     }
     let message = format!("there is no file {}", crate::output::tidy(&path).display());
     let fault = Diagnostic { is_input: true, ..Diagnostic::error(span, message) };
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let folder = path.parent().map(std::fs::read_dir).and_then(Result::ok);
-    let entries = folder.into_iter().flatten().flatten();
-    let beside: Vec<String> =
-        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    Some(match nearest(&name, beside.iter().map(String::as_str)) {
+    Some(match crate::open::beside(&path) {
         Some(near) => fault.help(format!("did you mean \"{near}\"?")),
         None => fault.help("paths begin at the graph's own folder"),
     })

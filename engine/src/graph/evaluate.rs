@@ -13,6 +13,7 @@ use super::node::Link;
 use super::value::{AnyValue, Value};
 use crate::error::{Error, Result};
 use crate::key::{Key, KeyHasher};
+use crate::open;
 
 /// Evaluations that share their results: equal contents are computed once in a run.
 #[derive(Default)]
@@ -318,8 +319,7 @@ impl<'a> Evaluation<'a> {
         }
         for file in &node.files {
             let path = self.graph.directory().join(file);
-            let bytes = std::fs::read(&path).map_err(|e| Error::file(&path, e))?;
-            key.key(Key::of_bytes(&bytes));
+            key.key(Key::of_bytes(&open::bytes(&path)?));
         }
         Ok(key.finish())
     }

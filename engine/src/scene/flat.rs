@@ -14,6 +14,7 @@ use super::material::{AlphaMode, Material};
 use super::read::{self, ReadOptions, Reading};
 use super::shape::Shape;
 use crate::camera::Camera;
+use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Environment, Origin};
 use crate::key::{Key, KeyHasher};
@@ -146,10 +147,15 @@ impl Scene {
         materials.push(Material::default());
         material_names.push(String::new());
         let mut instances = flattening.instances;
-        for instance in &mut instances {
-            if instance.material == UNNAMED {
-                instance.material = unnamed;
+        let is_unnamed = |instance: &&mut Instance| instance.material == UNNAMED;
+        for instance in instances.iter_mut().filter(is_unnamed) {
+            let has_colors = !instance.geometry.mesh().colors.is_empty();
+            if has_colors && materials.len() as u32 == unnamed + 1 {
+                // What has colours by vertex shows these as they are.
+                materials.push(Material { color: Color::WHITE, ..Material::default() });
+                material_names.push(String::new());
             }
+            instance.material = unnamed + u32::from(has_colors);
         }
         let files = flattening.files;
         let scene = Scene {

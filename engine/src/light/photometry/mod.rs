@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 use crate::math;
+use crate::open;
 
 /// The most angles of one kind in a file.
 const MAX_ANGLES: usize = 4096;
@@ -64,22 +65,36 @@ impl Photometry {
     /// # Errors
     /// If it cannot be read or is neither; the message names line and column.
     pub fn read(path: &Path) -> Result<Photometry> {
-        let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+        let bytes = open::bytes(path)?;
         let is_ldt = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ldt"));
-        Photometry::parse(&bytes, is_ldt).map_err(|e| Error::in_file(path, e.to_string()))
+        // Old files are in the code page of their maker; only names suffer.
+        let text = open::text(path, &bytes)?.text;
+        let read = open::guarded(|| Photometry::of_text(&text, is_ldt));
+        let read = read.unwrap_or_else(|broke| Err(Error::invalid(broke)));
+        read.map_err(|e| Error::in_file(path, e.to_string()))
     }
 
-    /// A lamp from a file's contents.
+    /// A lamp from a file's contents; `is_eulumdat` is what its name says, which counts where they do not tell.
     ///
     /// # Errors
     /// If they are not of the format; the message names line and column.
     pub fn parse(bytes: &[u8], is_eulumdat: bool) -> Result<Photometry> {
-        if bytes.len() > 64 << 20 {
+        Photometry::of_text(&open::text(Path::new("lamp"), bytes)?.text, is_eulumdat)
+    }
+
+    fn of_text(text: &str, is_called_eulumdat: bool) -> Result<Photometry> {
+        if text.len() > 64 << 20 {
             return Err(Error::invalid("it is larger than 64 MiB: that is no lamp"));
         }
-        // Old files are in the code page of their maker; only names suffer.
-        let text = String::from_utf8_lossy(bytes);
-        if is_eulumdat { eulumdat::parse(&text) } else { ies::parse(&text) }
+        let is_ies = |line: &str| line.starts_with("IESNA") || line.starts_with("TILT=");
+        // Behind its maker a EULUMDAT has numbers, one to a line.
+        let numbers =
+            text.lines().skip(1).take(4).filter(|line| line.trim().parse::<f64>().is_ok());
+        let is_eulumdat = is_called_eulumdat || numbers.count() == 4;
+        match is_eulumdat && !text.lines().any(is_ies) {
+            true => eulumdat::parse(text),
+            false => ies::parse(text),
+        }
     }
 
     /// Puts a measurement together, and the planes that symmetry leaves out.

@@ -14,7 +14,7 @@ use std::path::Path;
 use super::super::document::{Document, VERSION};
 use crate::error::{Error, Result};
 
-const MAGIC: &[u8; 12] = b"SPANDRELscen";
+pub(super) const MAGIC: &[u8; 12] = b"SPANDRELscen";
 const HEADER: usize = 56;
 
 /// Parses a binary scene.

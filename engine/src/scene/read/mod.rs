@@ -11,6 +11,9 @@
 //! | own, text | `.ron` | y | 1 m | the whole model; see [`text`] |
 //! | own, binary | `.scene` | y | 1 m | the whole model; see [`binary`] |
 //!
+//! The endings are a hint: a file is what its first bytes say, under any name. Text may be UTF-8, UTF-16 or Latin-1,
+//! with any ends of lines.
+//!
 //! All are right-handed. What the tables say of up and unit is what the format's own specification
 //! says or, where it says nothing, what its files usually mean; [`ReadOptions`] overrides it. The
 //! conversion is the root object's transform: points stay as the file has them.
@@ -19,14 +22,18 @@ pub mod binary;
 pub mod bundle;
 mod citygml;
 mod cityjson;
+mod colors;
+mod format;
 pub(in crate::scene) mod gltf;
 mod mtl;
 mod obj;
 mod ply;
 mod stl;
 pub mod text;
+mod words;
 
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -36,6 +43,8 @@ use super::flat::Scene;
 use super::shape::Shape;
 use crate::error::{Error, Result};
 use crate::key::{Key, KeyHasher};
+use crate::open;
+use format::Format;
 
 /// An axis of a file's space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
@@ -99,27 +108,9 @@ pub fn document(path: &Path, options: &ReadOptions) -> Result<Reading> {
     let mut reader = Reader::new(path);
     reader.key.bytes(format!("{options:?}").as_bytes());
     let bytes = reader.bytes(path)?;
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
-    let (mut document, space) = match extension.as_str() {
-        "gltf" | "glb" => (gltf::read(&mut reader, &bytes)?, METRES),
-        "obj" => (obj::read(&mut reader, &bytes)?, METRES),
-        "ply" => (ply::read(&mut reader, &bytes)?, METRES),
-        "stl" => (stl::read(&mut reader, &bytes)?, Space { unit: 0.001, up: Axis::Z }),
-        "json" => (cityjson::read(&mut reader, &bytes)?, Space { unit: 1.0, up: Axis::Z }),
-        "gml" | "xml" => {
-            let document = citygml::read(&mut reader, &bytes, &mut options)?;
-            (document, Space { unit: 1.0, up: Axis::Z })
-        }
-        "ron" => (text::parse(path, &bytes)?, METRES),
-        "scene" => (binary::parse(path, &bytes)?, METRES),
-        _ => {
-            return Err(Error::in_file(
-                path,
-                "not a scene format that is known: expected .gltf, .glb, .obj, .ply, .stl, .json \
-                 (CityJSON), .gml or .xml (CityGML), .ron or .scene",
-            ));
-        }
-    };
+    // Whatever breaks in a reader, or in a library behind it, is the file's fault.
+    let read = open::guarded(|| reader.read(&bytes, &mut options));
+    let (mut document, space) = read.unwrap_or_else(|broke| Err(Error::in_file(path, broke)))?;
     place(&mut document, &options, &space);
     if let Some(angle) = options.crease {
         smooth(&mut document, angle);
@@ -208,11 +199,40 @@ impl Reader {
         Reader { path: path.to_owned(), key: KeyHasher::new("scene file"), notes: Vec::new() }
     }
 
+    /// Reads the file's contents by their format.
+    fn read(&mut self, bytes: &[u8], options: &mut ReadOptions) -> Result<(Document, Space)> {
+        let city = Space { unit: 1.0, up: Axis::Z };
+        let format = Format::of(self, bytes)?;
+        // PLY and STL are either, and look for themselves.
+        let is_text = !matches!(format, Format::Ply | Format::Stl | Format::Glb | Format::Binary);
+        let text = if is_text { self.text(bytes)? } else { Cow::Borrowed("") };
+        Ok(match format {
+            Format::Glb => (gltf::read(self, bytes)?, METRES),
+            Format::Gltf => (gltf::read(self, text.as_bytes())?, METRES),
+            Format::Obj => (obj::read(self, &text)?, METRES),
+            Format::Ply => (ply::read(self, bytes)?, METRES),
+            Format::Stl => (stl::read(self, bytes)?, Space { unit: 0.001, up: Axis::Z }),
+            Format::CityJson => (cityjson::read(self, text.as_bytes())?, city),
+            Format::CityGml => (citygml::read(self, text.as_bytes(), options)?, city),
+            Format::Text => (text::parse(&self.path, text.as_bytes())?, METRES),
+            Format::Binary => (binary::parse(&self.path, bytes)?, METRES),
+        })
+    }
+
     /// Reads a file and adds its contents to the key.
     fn bytes(&mut self, path: &Path) -> Result<Vec<u8>> {
-        let bytes = std::fs::read(path).map_err(|e| Error::file(path, e))?;
+        let bytes = open::bytes(path)?;
         self.key.bytes(&bytes);
         Ok(bytes)
+    }
+
+    /// Bytes of the file as text; what is doubtful in it is noted.
+    fn text<'b>(&mut self, bytes: &'b [u8]) -> Result<Cow<'b, str>> {
+        let open::Text { text, note } = open::text(&self.path, bytes)?;
+        if let Some(note) = note {
+            self.note(note);
+        }
+        Ok(text)
     }
 
     /// Reads a file that this one names, if there is one.

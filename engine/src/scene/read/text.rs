@@ -22,16 +22,15 @@ use std::path::Path;
 
 use super::super::document::{Document, VERSION};
 use crate::error::{Error, Result};
+use crate::open;
 use crate::text::{options, wording};
 
 /// Parses a scene text.
 ///
 /// # Errors
-/// If the text is not UTF-8, not RON, or not a scene; with line and column.
+/// If the bytes are no text, not RON, or not a scene; with line and column.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
-    let text = std::str::from_utf8(bytes).map_err(|e| {
-        Error::at_byte(path, e.valid_up_to() as u64, "not UTF-8 text: save the file as UTF-8")
-    })?;
+    let text = &*open::text(path, bytes)?.text;
     let document: Document = options().from_str(text).map_err(|e| {
         let at = e.span.start;
         let line = text.lines().nth(at.line.saturating_sub(1)).unwrap_or("");

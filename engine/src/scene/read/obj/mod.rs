@@ -1,0 +1,203 @@
+//! Wavefront OBJ.
+//!
+//! Read here and not by a library because polygons must stay polygons, and faults must name their line. Each `o`
+//! begins an object; in files without any, each `g` does, whose several names are one. Lines, points, and free-form
+//! curves and surfaces are counted and told.
+//!
+//! What the format does not say: units are metres and up is y. Faces without `usemtl` are a grey of 0.8 or, where
+//! vertices have colours (three numbers behind x, y and z, scene-linear), white but for these; so are faces of
+//! materials that are not there. A vertex without a colour beside others that have one is white. Faces without
+//! normals are flat (`crease` smooths them); smoothing groups are told where they would change that.
+
+mod libraries;
+mod part;
+
+use glam::{DVec3, Vec2};
+use std::collections::BTreeMap;
+
+use self::part::{Lists, Part};
+use super::super::document::{Document, Object, Plan};
+use super::super::material::Material;
+use super::super::shape::Shape;
+use super::words::statements;
+use super::{Names, Reader, colors};
+use crate::color::Color;
+use crate::error::Result;
+use crate::text::list;
+
+/// Statements that are not shown, as they are told.
+const NOT_SHOWN: [(&[&str], &str); 3] = [
+    (&["l"], "lines"),
+    (&["p"], "points"),
+    (
+        &["curv", "curv2", "surf", "bzp", "bsp", "cdc", "cdp", "res"],
+        "free-form curves and surfaces",
+    ),
+];
+
+/// Statements that change nothing that is shown, or belong to what is told.
+const SILENT: [&str; 27] = [
+    "vp",
+    "cstype",
+    "deg",
+    "bmat",
+    "step",
+    "parm",
+    "trim",
+    "hole",
+    "scrv",
+    "sp",
+    "end",
+    "con",
+    "mg",
+    "bevel",
+    "c_interp",
+    "d_interp",
+    "lod",
+    "ctech",
+    "stech",
+    "shadow_obj",
+    "trace_obj",
+    "usemap",
+    "maplib",
+    "csh",
+    "o",
+    "g",
+    "s",
+];
+
+/// Statements that are told: how many, and the line of the first.
+#[derive(Default)]
+struct Told(BTreeMap<String, (usize, usize)>);
+
+impl Told {
+    fn add(&mut self, what: &str, line: usize) {
+        self.0.entry(what.to_owned()).or_insert((0, line)).0 += 1;
+    }
+}
+
+pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
+    let path = reader.path.clone();
+    let has_objects = statements(&path, text).any(|mut words| words.next() == Some("o"));
+    let mut lists = Lists::default();
+    let mut materials: BTreeMap<String, Material> = BTreeMap::new();
+    let mut parts = vec![Part::default()];
+    let mut material: Option<String> = None;
+    let mut told = Told::default();
+    let mut is_smooth = false;
+    for mut words in statements(&path, text) {
+        let Some(keyword) = words.next() else {
+            if words.name().starts_with("#MRGB") {
+                told.add("lines of colours in comments (#MRGB)", words.line(words.name()));
+            }
+            continue;
+        };
+        match keyword {
+            "v" => {
+                let line = words.line(keyword);
+                if let Some(what) = lists.vertex(&mut words)? {
+                    told.add(what, line);
+                }
+            }
+            "vt" => {
+                let u = words.number()? as f32;
+                let v = if words.peek().is_some() { words.number()? as f32 } else { 0.0 };
+                lists.uvs.push(Vec2::new(u, v));
+            }
+            "vn" => {
+                let [x, y, z] = words.numbers::<3>()?;
+                lists.normals.push(DVec3::new(x, y, z).normalize_or_zero().as_vec3());
+            }
+            "f" | "fo" => {
+                let part = parts.last_mut().expect("there is always a part");
+                let seen = part.face(&lists, &mut words, material.as_deref())?;
+                let line = words.line(keyword);
+                seen.into_iter().for_each(|what| told.add(what, line));
+                if is_smooth && !part.last_has_normals() {
+                    told.add("faces of smoothing groups without normals, shown flat", line);
+                }
+            }
+            "o" | "g" if (keyword == "o") == has_objects => {
+                parts.push(Part::new(words.rest()));
+            }
+            "s" => is_smooth = !matches!(words.peek(), None | Some("off" | "0")),
+            "usemtl" => material = Some(words.name().to_owned()).filter(|name| !name.is_empty()),
+            "mtllib" => libraries::read(reader, words.name(), &mut materials)?,
+            _ => {
+                let line = words.line(keyword);
+                match NOT_SHOWN.iter().find(|(words, _)| words.contains(&keyword)) {
+                    Some((_, what)) => told.add(what, line),
+                    None if SILENT.contains(&keyword) => {}
+                    None => told.add(&format!("statements \"{keyword}\""), line),
+                }
+            }
+        }
+    }
+    for (what, (count, line)) in told.0 {
+        reader.note(format!("{count} {what} from line {line} on are not read"));
+    }
+    parts.retain(|part| !part.faces.is_empty());
+    if parts.is_empty() {
+        return Err(reader.fault("no faces: an OBJ file has lines that begin with `f`"));
+    }
+    colors::settle(reader, &mut lists.colors, true);
+    define(reader, &mut parts, &mut materials, &lists);
+    let mut names = Names::default();
+    let mut root = Object::default();
+    for part in parts {
+        let name = names.unique(if part.name.is_empty() { "object" } else { &part.name });
+        let mesh = part.into_mesh(&lists).map_err(|e| reader.fault(e.to_string()))?;
+        root.children.push(Object::new(name, Shape::Faces(mesh)));
+    }
+    let plan = Plan { name: reader.stem(), root, ..Plan::default() };
+    Ok(Document { materials, ..Document::with_plan(plan) })
+}
+
+/// Gives materials to faces whose `usemtl` no library defines, and tells what pictures have no place.
+fn define(
+    reader: &mut Reader,
+    parts: &mut [Part],
+    materials: &mut BTreeMap<String, Material>,
+    lists: &Lists,
+) {
+    let without_comment = |name: &str| name.split(" #").next().unwrap_or(name).trim().to_owned();
+    let mut missing: Vec<String> = Vec::new();
+    let mut unplaced = 0;
+    for part in parts {
+        let has_colors = part.has_colors(lists);
+        for name in &mut part.materials {
+            if materials.contains_key(name) {
+                continue;
+            }
+            // A comment behind a name, here or in the library.
+            let bare = without_comment(name);
+            let near =
+                materials.keys().find(|known| **known == bare || without_comment(known) == *name);
+            if let Some(near) = near {
+                name.clone_from(near);
+                continue;
+            }
+            let plain = Material::default();
+            let color = if has_colors { Color::WHITE } else { plain.color };
+            missing.push(name.clone());
+            materials.insert(name.clone(), Material { color, ..plain });
+        }
+        let has_picture =
+            |name: &String| materials.get(name).is_some_and(|material| !material.maps.is_empty());
+        let pictured: Vec<bool> = part.materials.iter().map(has_picture).collect();
+        unplaced += part.faces_without_uvs(&pictured);
+    }
+    match &missing[..] {
+        [] => {}
+        [name] => reader.note(format!("material \"{name}\" is not defined: a plain one is used")),
+        names => {
+            let (count, names) = (names.len(), list(names.iter().map(String::as_str)));
+            reader.note(format!("{count} materials are not defined, plain ones are used: {names}"));
+        }
+    }
+    if unplaced > 0 {
+        reader.note(format!(
+            "{unplaced} faces have a material with pictures, and no texture coordinates (`vt`) for them"
+        ));
+    }
+}
