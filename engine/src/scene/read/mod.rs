@@ -2,7 +2,7 @@
 //!
 //! | format | ends in | up | unit | remarks |
 //! |---|---|---|---|---|
-//! | glTF 2.0 | `.gltf`, `.glb` | y | 1 m | nodes, meshes, cameras, colours; textures by reference |
+//! | glTF 2.0 | `.gltf`, `.glb` | y | 1 m | nodes, meshes, cameras, lights, materials; animations are not played |
 //! | Wavefront | `.obj` (+ `.mtl`) | y | 1 m | polygons stay polygons; objects, groups, vertex colours; textures by reference |
 //! | Stanford | `.ply` | y | 1 m | text and both binary forms |
 //! | Stereolithography | `.stl` | z | 1 mm | text and binary; the vertices of triangles are shared |

@@ -1,170 +1,136 @@
-//! Buffers, read when something needs them, and the checks that make accessors safe to read.
+//! Buffers, read when something needs them.
 
-use ::gltf::accessor::{DataType, Dimensions};
+use ::gltf::json::Root;
 use base64::Engine as _;
+use std::path::Path;
+use std::sync::Arc;
 
 use super::super::Reader;
+use super::extensions;
+use super::parse::File;
 use crate::error::{Error, Result};
 
-/// Where a buffer's bytes are.
-enum Place {
-    /// In the file's own chunk.
-    Chunk,
-    /// Behind a URI.
-    Uri(String),
-}
+/// How many times over the data of a file may be used: a few bytes must not become gigabytes.
+const MOST_USES: u64 = 64;
+/// Values that any file may have, whatever its size.
+const FREE: u64 = 1 << 20;
 
 /// The buffers of a file.
 pub(super) struct Buffers {
-    places: Vec<(Place, usize)>,
-    data: Vec<Option<Vec<u8>>>,
+    data: Vec<Option<Arc<Vec<u8>>>>,
     blob: Option<Vec<u8>>,
+    /// How many values may still be made of the file's data.
+    left: u64,
 }
 
 impl Buffers {
-    pub(super) fn new(file: &::gltf::Document, blob: Option<Vec<u8>>) -> Buffers {
-        let place = |buffer: ::gltf::Buffer<'_>| {
-            let place = match buffer.source() {
-                ::gltf::buffer::Source::Bin => Place::Chunk,
-                ::gltf::buffer::Source::Uri(uri) => Place::Uri(uri.to_owned()),
-            };
-            (place, buffer.length())
-        };
-        let places: Vec<_> = file.buffers().map(place).collect();
-        let data = places.iter().map(|_| None).collect();
-        Buffers { places, data, blob }
+    pub(super) fn new(root: &Root, blob: Option<Vec<u8>>) -> Buffers {
+        Buffers { data: vec![None; root.buffers.len()], blob, left: FREE }
     }
 
-    /// The bytes of a buffer that was loaded.
-    pub(super) fn get(&self, index: usize) -> Option<&[u8]> {
-        self.data.get(index)?.as_deref()
-    }
-
-    /// Reads a buffer: of the file's own chunk, a data URI, or another file.
-    fn load(&mut self, reader: &mut Reader, index: usize) -> Result<()> {
-        let known = self.data.get(index).is_none_or(Option::is_some);
-        let Some((place, length)) = self.places.get(index).filter(|_| !known) else {
-            return Ok(());
-        };
-        let data = match place {
-            Place::Chunk => self.blob.clone().ok_or_else(|| {
-                Error::invalid(format!("buffer {index} has no data: the file has no chunk for it"))
-            })?,
-            Place::Uri(uri) => match uri.strip_prefix("data:") {
-                Some(data) => base64(data)
-                    .map_err(|e| Error::invalid(format!("buffer {index} is not base64: {e}")))?,
-                None => reader.sibling(&decoded(uri))?.1,
-            },
-        };
-        if data.len() < *length {
-            let message =
-                format!("buffer {index} has {} bytes, {length} are announced", data.len());
-            return Err(Error::invalid(message));
-        }
-        self.data[index] = Some(data);
+    /// Counts values that are made of the file's data.
+    ///
+    /// # Errors
+    /// If they are too many for a file of its size.
+    pub(super) fn take(&mut self, count: u64) -> Result<()> {
+        self.left = self.left.checked_sub(count).ok_or_else(|| {
+            Error::invalid(format!(
+                "the file's data is used more than {MOST_USES} times over: as damaged files do, or such as are \
+                 made to fill the memory"
+            ))
+        })?;
         Ok(())
     }
 
-    /// Checks that an accessor is of a known type and that its data lies within its buffer.
-    pub(super) fn check(
-        &mut self,
-        reader: &mut Reader,
-        accessor: &::gltf::Accessor<'_>,
-        dimensions: &[Dimensions],
-        types: &[DataType],
-    ) -> Result<()> {
-        let index = accessor.index();
-        let fault = |what: &str| Error::invalid(format!("accessor {index} {what}"));
-        if !dimensions.contains(&accessor.dimensions()) || !types.contains(&accessor.data_type()) {
-            let (dimensions, kind) = (accessor.dimensions(), accessor.data_type());
-            return Err(fault(&format!(
-                "is {dimensions:?} of {kind:?}, which does not fit its use"
-            )));
+    /// The bytes of a buffer: of the file's own chunk, a data URI, or another file.
+    fn buffer(&mut self, reader: &mut Reader, file: &File, index: usize) -> Result<Arc<Vec<u8>>> {
+        if let Some(Some(data)) = self.data.get(index) {
+            return Ok(data.clone());
         }
-        let count = accessor.count();
-        let size = accessor.size();
-        if count == 0 {
-            return Err(fault("is empty"));
+        let buffer = file.root.buffers.get(index);
+        let buffer = buffer.ok_or_else(|| Error::invalid(format!("there is no buffer {index}")))?;
+        let data = match &buffer.uri {
+            // Only the first may be the file's own.
+            None => (index == 0).then(|| self.blob.take()).flatten().ok_or_else(|| {
+                Error::invalid(format!("buffer {index} has no data: the file has no chunk for it"))
+            })?,
+            Some(uri) => match uri.strip_prefix("data:") {
+                Some(data) => base64(data)
+                    .map_err(|e| Error::invalid(format!("buffer {index} is not base64: {e}")))?,
+                None => sibling(reader, uri)?,
+            },
+        };
+        let announced = buffer.byte_length.0;
+        if (data.len() as u64) < announced {
+            let message =
+                format!("buffer {index} has {} bytes, {announced} are announced", data.len());
+            return Err(Error::invalid(message));
         }
-        if let Some(view) = accessor.view() {
-            self.load(reader, view.buffer().index())?;
-            self.check_view(&view, accessor.offset(), count, size).map_err(|e| fault(&e))?;
-        }
-        match accessor.sparse() {
-            None => Ok(()),
-            Some(sparse) => {
-                // Without a view the rest is zeros, which cost a file nothing.
-                if sparse.count() == 0 || sparse.count() > count || count > 1 << 26 {
-                    return Err(fault("has more sparse values than it has values"));
-                }
-                let indices = sparse.indices();
-                self.load(reader, indices.view().buffer().index())?;
-                self.load(reader, sparse.values().view().buffer().index())?;
-                let width = indices.index_type().size();
-                let view = indices.view();
-                self.check_view(&view, indices.offset(), sparse.count(), width)
-                    .map_err(|e| fault(&e))?;
-                let values = sparse.values();
-                self.check_view(&values.view(), values.offset(), sparse.count(), size)
-                    .map_err(|e| fault(&e))
-            }
-        }
+        self.left = self.left.saturating_add((data.len() as u64).saturating_mul(MOST_USES));
+        let data = Arc::new(data);
+        self.data[index] = Some(data.clone());
+        Ok(data)
     }
 
-    /// The bytes of a view.
+    /// A buffer view: the buffer, and where in it the view lies.
     pub(super) fn view(
         &mut self,
         reader: &mut Reader,
-        view: &::gltf::buffer::View<'_>,
-    ) -> Result<&[u8]> {
-        let buffer = view.buffer().index();
-        self.load(reader, buffer)?;
-        let bytes = self.get(buffer).unwrap_or_default();
-        let end = view.offset().checked_add(view.length());
-        end.and_then(|end| bytes.get(view.offset()..end)).ok_or_else(|| {
-            let (at, length) = (view.offset(), view.length());
+        file: &File,
+        index: usize,
+    ) -> Result<(Arc<Vec<u8>>, std::ops::Range<usize>)> {
+        for compression in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
+            let buffer = file.root.buffer_views.get(index).map(|view| view.buffer.value());
+            let has_data = buffer.is_some_and(|buffer| {
+                let is_read = self.data.get(buffer).is_some_and(Option::is_some);
+                let is_own = buffer == 0 && self.blob.is_some();
+                is_read || is_own || file.root.buffers.get(buffer).is_some_and(|b| b.uri.is_some())
+            });
+            if file.extension("bufferViews", index, compression).is_some() && !has_data {
+                let cure = extensions::cure(compression);
+                return Err(Error::invalid(format!(
+                    "buffer view {index} is there by {compression} only, which is not read: {cure}"
+                )));
+            }
+        }
+        let view = file.root.buffer_views.get(index);
+        let view =
+            view.ok_or_else(|| Error::invalid(format!("there is no buffer view {index}")))?;
+        let number = view.buffer.value();
+        let buffer = self.buffer(reader, file, number)?;
+        let at = view.byte_offset.map_or(0, |offset| offset.0);
+        let length = view.byte_length.0;
+        let end = at.checked_add(length).filter(|end| *end <= buffer.len() as u64);
+        end.map(|end| (buffer.clone(), at as usize..end as usize)).ok_or_else(|| {
             Error::invalid(format!(
-                "buffer {buffer} has {} bytes, not {length} from byte {at} on",
-                bytes.len()
+                "buffer view {index}: buffer {number} has {} bytes, not {length} from byte {at} on",
+                buffer.len()
             ))
         })
     }
+}
 
-    fn check_view(
-        &self,
-        view: &::gltf::buffer::View<'_>,
-        offset: usize,
-        count: usize,
-        size: usize,
-    ) -> Result<(), String> {
-        let name = format!("uses buffer view {}", view.index());
-        let stride = view.stride().unwrap_or(size);
-        if stride < size {
-            return Err(format!(
-                "{name}, whose stride {stride} is less than the {size} bytes of an element"
-            ));
-        }
-        let end = stride
-            .checked_mul(count - 1)
-            .and_then(|bytes| bytes.checked_add(size))
-            .and_then(|bytes| bytes.checked_add(offset));
-        if end.is_none_or(|end| end > view.length()) {
-            return Err(format!("{name} of {} bytes, which is too short", view.length()));
-        }
-        let end = view.offset().checked_add(view.length());
-        let buffer =
-            self.data.get(view.buffer().index()).and_then(Option::as_ref).map_or(0, Vec::len);
-        if end.is_none_or(|end| end > buffer) {
-            return Err(format!("{name}, which reaches beyond its buffer of {buffer} bytes"));
-        }
-        Ok(())
+/// The bytes of a file that a URI names.
+pub(super) fn sibling(reader: &mut Reader, uri: &str) -> Result<Vec<u8>> {
+    let name = decoded(uri);
+    let path = reader.path.parent().unwrap_or(Path::new("")).join(&name);
+    // A device named by a file would be read for ever.
+    if std::fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
+        return Err(Error::in_file(&path, "it is a device or a pipe, no file"));
     }
+    Ok(reader.sibling(&name)?.1)
 }
 
 /// The bytes of a data URI, behind its `data:`.
-pub(super) fn base64(data: &str) -> std::result::Result<Vec<u8>, base64::DecodeError> {
-    let text = data.split_once(";base64,").map(|(_, text)| text).unwrap_or("");
-    base64::engine::general_purpose::STANDARD.decode(text)
+pub(super) fn base64(data: &str) -> std::result::Result<Vec<u8>, String> {
+    let (_, text) = data.split_once(";base64,").ok_or("it has no `;base64,`")?;
+    // Some writers leave the end open.
+    let engine = base64::engine::GeneralPurpose::new(
+        &base64::alphabet::STANDARD,
+        base64::engine::GeneralPurposeConfig::new()
+            .with_decode_padding_mode(base64::engine::DecodePaddingMode::Indifferent),
+    );
+    engine.decode(text).map_err(|error| error.to_string())
 }
 
 /// A URI with its percent codes resolved.

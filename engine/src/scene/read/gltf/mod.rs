@@ -1,235 +1,304 @@
-//! glTF 2.0, by the `gltf` library, which checks the document's structure. What it leaves unchecked, and
-//! would trip over, is checked here: containers ([`parse`]), buffers and accessors ([`buffers`]), nodes
-//! that contain themselves. Parts that a scene does not use, such as animations, may be broken.
+//! glTF 2.0 and GLB. Metres, y up, right-handed, as the format has it; what materials are where a file says
+//! nothing stands in [`materials`].
+//!
+//! The `gltf` library knows the document's structure; everything that it leaves unchecked is checked before it is
+//! read: containers and JSON ([`parse`]), numbers that name what is not there ([`check`]), buffers ([`buffers`]),
+//! accessors ([`values`]), nodes that are no trees ([`nodes`]). What extensions say is read where it belongs;
+//! those that are not read are told ([`extensions`]).
+//!
+//! A file is a still: morph targets have the weights of their node, or else of their mesh; skins stand as the nodes
+//! do; animations are not played. Skinned meshes stand in the world, directly under the root, as the place of their own
+//! node does not count. Groups in which nothing is seen, such as the bones of a skin, are left away.
 
 mod buffers;
+mod check;
+mod extensions;
+mod lights;
+mod materials;
+mod meshes;
+mod nodes;
 mod parse;
+mod placing;
+mod values;
 
-use ::gltf::accessor::{DataType, Dimensions};
+use ::gltf::json::accessor::{ComponentType, Type};
 use buffers::Buffers;
-use glam::{DAffine3, DMat4, DQuat, DVec3, Vec2, Vec3};
-use std::collections::HashSet;
+use glam::{DAffine3, DMat4, DVec3};
+use nodes::Tree;
+use parse::File;
+use serde_json::Value;
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+use values::{Kind, Values};
 
 use super::super::document::{Document, Object, Plan, Transform};
-use super::super::material::{AlphaMode, Map, Material, Picture};
-use super::super::mesh::Mesh;
+use super::super::material::Material;
 use super::super::shape::Shape;
 use super::{Names, Reader};
-use crate::camera::Camera;
-use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Finish, Gloss};
 use crate::image::file::Encoded;
+use crate::open;
+use meshes::Pose;
 
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
-    let (file, blob) = parse::parse(reader, bytes)?;
-    let buffers = Buffers::new(&file, blob);
-    let mut builder = Builder {
-        reader,
-        buffers,
-        material_names: Vec::new(),
-        uv_sets: Vec::new(),
-        is_mapped: Vec::new(),
-    };
-    let mut document = Document::default();
-    let mut names = Names::default();
-    for material in file.materials() {
-        let index = material.index().unwrap_or(0);
-        let name = names.unique(material.name().unwrap_or(&format!("material {index}")));
-        builder.material_names.push(name.clone());
-        document.materials.insert(name, builder.material(&file, &material));
-    }
-    let mut definitions = std::collections::BTreeMap::new();
-    let mut names = Names::default();
-    let mut mesh_names = Vec::new();
-    for mesh in file.meshes() {
-        let name = names.unique(mesh.name().unwrap_or(&format!("mesh {}", mesh.index())));
-        definitions.insert(name.clone(), builder.mesh(&mesh)?);
-        mesh_names.push(name);
-    }
-    let mut names = Names::default();
-    for scene in file.scenes() {
-        let name = names.unique(scene.name().unwrap_or(&format!("scene {}", scene.index())));
-        let mut plan =
-            Plan { name: name.clone(), definitions: definitions.clone(), ..Plan::default() };
-        let mut walk = Walk { mesh_names: &mesh_names, plan: &mut plan, open: HashSet::new() };
-        let mut siblings = Names::default();
-        for node in scene.nodes() {
-            let object = walk.node(&node, &DAffine3::IDENTITY, &mut siblings);
-            let object = object.map_err(|e| builder.reader.fault(e.to_string()))?;
-            walk.plan.root.children.push(object);
-        }
-        if file.default_scene().is_some_and(|default| default.index() == scene.index()) {
-            document.default_plan = Some(name);
-        }
-        document.plans.push(plan);
-    }
-    if document.plans.is_empty() {
-        builder.reader.note("the file has no scene: nothing is shown");
-        document.plans.push(Plan { name: builder.reader.stem(), ..Plan::default() });
-    }
-    Ok(document)
+    let path = reader.path.clone();
+    guarded(&path, || document(reader, bytes))
 }
 
-/// Reads a picture that a file holds itself, by its number, as PNG or JPEG.
+fn document(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
+    let (file, blob) = parse::parse(reader, bytes)?;
+    for name in file.extensions() {
+        if let Some(missing) = extensions::missing(&name) {
+            reader.note(missing);
+        }
+    }
+    if !file.root.animations.is_empty() {
+        reader.note("animations are not played: everything stands as the file's nodes do");
+    }
+    let tree = Tree::new(&file.root).map_err(|what| reader.fault(what))?;
+    let buffers = Buffers::new(&file.root, blob);
+    let mut builder = Builder {
+        reader,
+        file: &file,
+        buffers,
+        tree,
+        materials: Vec::new(),
+        default_material: None,
+        all_materials: BTreeMap::new(),
+        definitions: BTreeMap::new(),
+        known: HashMap::new(),
+    };
+    builder.document()
+}
+
+/// Reads a picture that a file holds itself, by its number.
 ///
 /// # Errors
 /// If there is none.
-pub(in crate::scene) fn picture(path: &std::path::Path, number: u32) -> Result<Vec<u8>> {
-    let mut reader = Reader::new(path);
-    let bytes = reader.bytes(path)?;
-    let (file, blob) = parse::parse(&reader, &bytes)?;
-    let mut buffers = Buffers::new(&file, blob);
-    let image = file.images().nth(number as usize).ok_or_else(|| {
-        Error::in_file(path, format!("picture {number}: the file has no such picture"))
-    })?;
-    held(&mut reader, &mut buffers, &image)
+pub(in crate::scene) fn picture(path: &Path, number: u32) -> Result<Vec<u8>> {
+    guarded(path, || {
+        let mut reader = Reader::new(path);
+        let bytes = reader.bytes(path)?;
+        let (file, blob) = parse::parse(&mut reader, &bytes)?;
+        let mut buffers = Buffers::new(&file.root, blob);
+        held(&mut reader, &file, &mut buffers, number as usize)
+    })
 }
 
 /// The bytes that the pictures of a file take as pyramids, at most; 0 for those that are not to be read.
 ///
 /// # Errors
 /// If the file cannot be read.
-pub(in crate::scene) fn picture_bytes(path: &std::path::Path) -> Result<Vec<u64>> {
-    let mut reader = Reader::new(path);
-    let bytes = reader.bytes(path)?;
-    let (file, blob) = parse::parse(&reader, &bytes)?;
-    let mut buffers = Buffers::new(&file, blob);
-    let one = |image: ::gltf::Image<'_>| {
-        let bytes = held(&mut reader, &mut buffers, &image).unwrap_or_default();
-        let picture = Encoded::of(path, &bytes);
-        picture.and_then(|picture| picture.head()).map_or(0, |head| head.mapped)
-    };
-    Ok(file.images().map(one).collect())
+pub(in crate::scene) fn picture_bytes(path: &Path) -> Result<Vec<u64>> {
+    guarded(path, || {
+        let mut reader = Reader::new(path);
+        let bytes = reader.bytes(path)?;
+        let (file, blob) = parse::parse(&mut reader, &bytes)?;
+        let mut buffers = Buffers::new(&file.root, blob);
+        let one = |image: usize| {
+            let bytes = held(&mut reader, &file, &mut buffers, image).unwrap_or_default();
+            let picture = Encoded::of(path, &bytes);
+            picture.and_then(|picture| picture.head()).map_or(0, |head| head.mapped)
+        };
+        Ok((0..file.root.images.len()).map(one).collect())
+    })
+}
+
+fn guarded<T>(path: &Path, run: impl FnOnce() -> Result<T>) -> Result<T> {
+    open::guarded(run).unwrap_or_else(|broken| Err(Error::in_file(path, broken)))
 }
 
 /// The bytes of a picture of a file.
-fn held(reader: &mut Reader, buffers: &mut Buffers, image: &::gltf::Image<'_>) -> Result<Vec<u8>> {
+fn held(reader: &mut Reader, file: &File, buffers: &mut Buffers, index: usize) -> Result<Vec<u8>> {
     let path = reader.path.clone();
-    let fault = |what: String| Error::in_file(&path, format!("picture {}: {what}", image.index()));
-    match image.source() {
-        ::gltf::image::Source::View { view, .. } => {
-            let bytes = buffers.view(reader, &view).map_err(|e| fault(e.to_string()))?;
-            Ok(bytes.to_vec())
-        }
-        ::gltf::image::Source::Uri { uri, .. } => match uri.strip_prefix("data:") {
-            Some(data) => buffers::base64(data).map_err(|e| fault(e.to_string())),
-            None => Ok(reader.sibling(&buffers::decoded(uri))?.1),
+    let fault = |what: String| Error::in_file(&path, format!("picture {index}: {what}"));
+    let image = file.root.images.get(index);
+    let image = image.ok_or_else(|| fault("the file has no such picture".to_owned()))?;
+    match (&image.uri, image.buffer_view) {
+        (Some(uri), _) => match uri.strip_prefix("data:") {
+            Some(data) => buffers::base64(data).map_err(|what| fault(format!("no base64: {what}"))),
+            None => buffers::sibling(reader, uri),
         },
+        (None, Some(view)) => {
+            let (data, part) =
+                buffers.view(reader, file, view.value()).map_err(|e| fault(e.to_string()))?;
+            Ok(data.get(part).unwrap_or_default().to_vec())
+        }
+        (None, None) => Err(fault("it has neither a uri nor a buffer view".to_owned())),
     }
+}
+
+/// What a mesh must know of its material.
+#[derive(Clone)]
+struct Look {
+    name: String,
+    uv_set: Option<u32>,
 }
 
 struct Builder<'a> {
     reader: &'a mut Reader,
+    file: &'a File,
     buffers: Buffers,
-    material_names: Vec<String>,
-    /// By material, the texture coordinates that its pictures lie by.
-    uv_sets: Vec<u32>,
-    /// By material, whether it has pictures.
-    is_mapped: Vec<bool>,
+    tree: Tree,
+    materials: Vec<Look>,
+    /// The material of primitives that name none, once one does.
+    default_material: Option<Look>,
+    all_materials: BTreeMap<String, Material>,
+    /// Meshes, each under its name.
+    definitions: BTreeMap<String, Object>,
+    /// Their names by mesh and the weights of its targets.
+    known: HashMap<(usize, Vec<u32>), String>,
 }
 
 impl Builder<'_> {
-    fn material(&mut self, file: &::gltf::Document, material: &::gltf::Material<'_>) -> Material {
-        let pbr = material.pbr_metallic_roughness();
-        let [r, g, b, alpha] = pbr.base_color_factor();
-        let mut maps = std::collections::BTreeMap::new();
-        let mut uv_set: Option<u32> = None;
-        let mut map = |what: &str,
-                       texture: usize,
-                       of_uv: u32,
-                       others: Option<&serde_json::Map<String, serde_json::Value>>,
-                       strength: f32| {
-            // The format allows textures without a picture.
-            if !parse::has_picture(file, texture) {
-                return;
+    fn document(&mut self) -> Result<Document> {
+        let file = self.file;
+        let mut names = Names::default();
+        for (index, material) in file.root.materials.iter().enumerate() {
+            let name = material.name.clone().unwrap_or_else(|| format!("material {index}"));
+            let name = names.unique(&name);
+            let made = materials::make(self.reader, file, index);
+            self.all_materials.insert(name.clone(), made.material);
+            self.materials.push(Look { name, uv_set: made.uv_set });
+        }
+        let mut names = Names::default();
+        for mesh in 0..file.root.meshes.len() {
+            self.definition(mesh, None, &mut names)?;
+        }
+        let mut document = Document::default();
+        let mut plan_names = Names::default();
+        for (index, scene) in file.root.scenes.iter().enumerate() {
+            let name = scene.name.clone().unwrap_or_else(|| format!("scene {index}"));
+            let name = plan_names.unique(&name);
+            let roots: Vec<usize> = scene.nodes.iter().map(|node| node.value()).collect();
+            let plan = self.plan(name.clone(), &roots, &mut names)?;
+            if file.root.scene.is_some_and(|default| default.value() == index) {
+                document.default_plan = Some(name);
             }
-            let wrap = parse::wrap(file, texture);
-            let (mapping, of_uv, fault) = parse::placing(others, of_uv, wrap);
-            fault.into_iter().for_each(|what| self.reader.note(what));
-            let taken = *uv_set.get_or_insert(of_uv);
-            if of_uv != taken {
-                self.reader.note(format!(
-                    "the {what} of a material lies by texture coordinates {of_uv}: it is taken by {taken}, as its \
-                     other pictures are"
-                ));
-            }
-            let Some(texture) = file.textures().nth(texture) else { return };
-            let picture = match texture.source().source() {
-                ::gltf::image::Source::Uri { uri, .. } if !uri.starts_with("data:") => {
-                    Picture::Raw(buffers::decoded(uri))
-                }
-                _ => {
-                    let name = self.reader.path.file_name().unwrap_or_default();
-                    let index = texture.source().index() as u32;
-                    Picture::Embedded(name.to_string_lossy().into_owned(), index)
-                }
-            };
-            maps.insert(what.to_owned(), Map { picture, strength, mapping });
-        };
-        let json = material.index().and_then(|index| file.as_json().materials.get(index));
-        if let Some(json) = json {
-            let pbr = &json.pbr_metallic_roughness;
-            let infos = [
-                ("color", &pbr.base_color_texture),
-                ("metallic_roughness", &pbr.metallic_roughness_texture),
-                ("emission", &json.emissive_texture),
-            ];
-            for (what, info) in infos {
-                if let Some(info) = info {
-                    let others = info.extensions.as_ref().map(|known| &known.others);
-                    map(what, info.index.value(), info.tex_coord, others, 1.0);
-                }
-            }
-            if let Some(info) = &json.normal_texture {
-                let others = info.extensions.as_ref().map(|known| &known.others);
-                map("normal", info.index.value(), info.tex_coord, others, info.scale);
-            }
-            if let Some(info) = &json.occlusion_texture {
-                let others = info.extensions.as_ref().map(|known| &known.others);
-                map("occlusion", info.index.value(), info.tex_coord, others, info.strength.0);
+            document.plans.push(plan);
+        }
+        if document.plans.is_empty() {
+            let roots = self.tree.roots();
+            self.reader.note(match roots.is_empty() {
+                true => "the file has no scene and no nodes: nothing is shown",
+                false => "the file has no scene: all its nodes are shown",
+            });
+            let plan = self.plan(self.reader.stem(), &roots, &mut names)?;
+            document.plans.push(plan);
+        }
+        document.materials = std::mem::take(&mut self.all_materials);
+        Ok(document)
+    }
+
+    fn plan(&mut self, name: String, roots: &[usize], names: &mut Names) -> Result<Plan> {
+        let file = self.file;
+        let all = self.tree.below(&file.root, roots).map_err(|what| self.reader.fault(what))?;
+        let mut plan = Plan { name, ..Plan::default() };
+        let mut light_names = Names::default();
+        for node in &all {
+            let world = self.tree.worlds[*node];
+            self.light(*node, &world, &mut plan, &mut light_names);
+            let json = &file.root.nodes[*node];
+            let camera = json.camera.and_then(|index| file.root.cameras.get(index.value()));
+            if let Some(camera) = camera {
+                let name = camera.name.as_ref().or(json.name.as_ref()).cloned();
+                let number = json.camera.map_or(0, |index| index.value());
+                let name = name.unwrap_or_else(|| format!("camera {number}"));
+                plan.cameras.insert(name, lights::camera(camera, &world));
             }
         }
-        self.is_mapped.push(uv_set.is_some());
-        self.uv_sets.push(uv_set.unwrap_or(0));
-        let [glow_r, glow_g, glow_b] = material.emissive_factor();
-        Material {
-            color: Color::new(r, g, b),
-            alpha,
-            alpha_mode: match material.alpha_mode() {
-                ::gltf::material::AlphaMode::Opaque => AlphaMode::Opaque,
-                ::gltf::material::AlphaMode::Mask => {
-                    AlphaMode::Mask(material.alpha_cutoff().unwrap_or(0.5))
-                }
-                ::gltf::material::AlphaMode::Blend => AlphaMode::Blend,
-            },
-            unlit: material.unlit(),
-            finish: Finish {
-                gloss: Gloss::Microfacets {
-                    reflectance: 0.04,
-                    roughness: pbr.roughness_factor().clamp(0.0, 1.0),
-                    metal: pbr.metallic_factor().clamp(0.0, 1.0),
-                },
-                glow: Color::new(glow_r, glow_g, glow_b),
-                ..Finish::default()
-            },
-            one_sided: !material.double_sided(),
-            casts: true,
-            domains: None,
-            maps,
+        let mut siblings = Names::default();
+        for root in roots {
+            let object = self.object(*root, names, &mut siblings, 0)?;
+            plan.root.children.extend(object);
         }
+        for node in all {
+            plan.root.children.extend(self.skinned(node, &mut siblings)?);
+        }
+        let mut used = std::collections::BTreeSet::new();
+        instances(&plan.root, &mut used);
+        for name in used {
+            if let Some(object) = self.definitions.get(&name) {
+                // Each scene has its own.
+                let object = object.clone();
+                self.buffers.take(faces(&object)).map_err(|e| self.reader.fault(e.to_string()))?;
+                plan.definitions.insert(name, object);
+            }
+        }
+        Ok(plan)
+    }
+
+    /// A node and those under it, if anything of them is seen.
+    fn object(
+        &mut self,
+        index: usize,
+        names: &mut Names,
+        siblings: &mut Names,
+        depth: usize,
+    ) -> Result<Option<Object>> {
+        let node = &self.file.root.nodes[index];
+        if !self.tree.shows[index] {
+            return Ok(None);
+        }
+        let name = siblings.unique(node.name.as_deref().unwrap_or(&format!("node {index}")));
+        if depth > 256 {
+            return Err(self.reader.fault("nodes are nested more than 256 deep"));
+        }
+        let transform = Transform::from_matrix(nodes::local(node));
+        let mut object = Object { transform, ..Object::new(name, Shape::Group) };
+        if let Some(mesh) = node.mesh.filter(|_| node.skin.is_none()) {
+            let weights = node.weights.as_deref();
+            let shape = Shape::Instance(self.definition(mesh.value(), weights, names)?);
+            match self.file.extension("nodes", index, "EXT_mesh_gpu_instancing") {
+                None => object.shape = shape,
+                Some(instancing) => {
+                    let places = self.places(instancing).map_err(|e| {
+                        self.in_file(&format!("node {index}, EXT_mesh_gpu_instancing"), e)
+                    })?;
+                    let instance = |(i, place): (usize, DAffine3)| Object {
+                        transform: Transform::from_matrix(place),
+                        ..Object::new(format!("instance {i}"), shape.clone())
+                    };
+                    object.children.extend(places.into_iter().enumerate().map(instance));
+                }
+            }
+        }
+        let mut below = Names::default();
+        for child in node.children.iter().flatten() {
+            object.children.extend(self.object(child.value(), names, &mut below, depth + 1)?);
+        }
+        Ok(Some(object))
+    }
+
+    /// The name of a mesh's definition, with the weights of a node or its own.
+    fn definition(
+        &mut self,
+        mesh: usize,
+        of_node: Option<&[f32]>,
+        names: &mut Names,
+    ) -> Result<String> {
+        let json = &self.file.root.meshes[mesh];
+        let weights = of_node.or(json.weights.as_deref()).unwrap_or_default();
+        let key = (mesh, weights.iter().map(|weight| weight.to_bits()).collect::<Vec<u32>>());
+        if let Some(name) = self.known.get(&key) {
+            return Ok(name.clone());
+        }
+        let name = names.unique(json.name.as_deref().unwrap_or(&format!("mesh {mesh}")));
+        let object = self.mesh(mesh, weights, None)?;
+        self.definitions.insert(name.clone(), object);
+        self.known.insert(key, name.clone());
+        Ok(name)
     }
 
     /// A mesh's primitives as one object, or as children if there are several.
-    fn mesh(&mut self, mesh: &::gltf::Mesh<'_>) -> Result<Object> {
+    fn mesh(&mut self, mesh: usize, weights: &[f32], pose: Option<&Pose>) -> Result<Object> {
         let mut parts = Vec::new();
-        for primitive in mesh.primitives() {
-            let what = format!("mesh {} primitive {}", mesh.index(), primitive.index());
-            let faces = self.primitive(&primitive, &what);
-            let faces = faces.map_err(|e| self.reader.fault(format!("{what}: {e}")))?;
+        for (at, primitive) in self.file.root.meshes[mesh].primitives.iter().enumerate() {
+            let what = format!("mesh {mesh} primitive {at}");
+            let faces = self.primitive(primitive, &what, weights, pose);
+            let faces = faces.map_err(|e| self.in_file(&what, e))?;
             if faces.face_count() > 0 {
-                let name = format!("part {}", primitive.index());
-                parts.push(Object::new(name, Shape::Faces(faces)));
+                parts.push(Object::new(format!("part {at}"), Shape::Faces(faces)));
             }
         }
         Ok(match <[Object; 1]>::try_from(parts) {
@@ -238,179 +307,132 @@ impl Builder<'_> {
         })
     }
 
-    fn primitive(&mut self, primitive: &::gltf::Primitive<'_>, what: &str) -> Result<Mesh> {
-        use ::gltf::mesh::{Mode, Semantic};
-        let mode = primitive.mode();
-        if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
-            self.reader.note(format!("{what} is points or lines: it is left out"));
-            return Ok(Mesh::default());
-        }
-        let mut mesh = Mesh::default();
-        let uv_set = primitive.material().index().map_or(0, |index| self.uv_sets[index]);
-        // The number of points, and whether there is data for them: without, they are zeros.
-        let mut positions = None;
-        for (semantic, accessor) in primitive.attributes() {
-            let float = [DataType::F32];
-            let share = [DataType::F32, DataType::U8, DataType::U16];
-            match semantic {
-                Semantic::Positions => {
-                    self.buffers.check(self.reader, &accessor, &[Dimensions::Vec3], &float)?;
-                    let has_data = accessor.view().is_some() || accessor.sparse().is_some();
-                    positions = Some((accessor.count(), has_data));
+    /// A mesh that a skin moves, in the world.
+    fn skinned(&mut self, index: usize, siblings: &mut Names) -> Result<Option<Object>> {
+        let node = &self.file.root.nodes[index];
+        let (Some(mesh), Some(skin)) = (node.mesh, node.skin) else { return Ok(None) };
+        let skin_number = skin.value();
+        let skin = &self.file.root.skins[skin_number];
+        let bound = match skin.inverse_bind_matrices {
+            None => None,
+            Some(accessor) => {
+                let kind = Kind { shapes: &[Type::Mat4], components: &[ComponentType::F32] };
+                let bound = self.values(accessor.value(), &kind);
+                let bound = bound.map_err(|e| self.in_file(&format!("skin {skin_number}"), e))?;
+                if bound.count < skin.joints.len() {
+                    let (count, joints) = (bound.count, skin.joints.len());
+                    return Err(self.reader.fault(format!(
+                        "skin {skin_number}: {count} inverse bind matrices for {joints} joints"
+                    )));
                 }
-                Semantic::Normals => {
-                    self.buffers.check(self.reader, &accessor, &[Dimensions::Vec3], &float)?
-                }
-                Semantic::TexCoords(set) if set == uv_set => {
-                    self.buffers.check(self.reader, &accessor, &[Dimensions::Vec2], &share)?
-                }
-                Semantic::Colors(0) => {
-                    self.buffers.check(
-                        self.reader,
-                        &accessor,
-                        &[Dimensions::Vec3, Dimensions::Vec4],
-                        &share,
-                    )?;
-                }
-                _ => {}
+                Some(bound)
             }
-        }
-        let Some((count, has_data)) = positions else {
-            // Valid, but nothing to see.
-            self.reader.note(format!("{what} has no positions: it is left out"));
-            return Ok(Mesh::default());
         };
-        if let Some(accessor) = primitive.indices() {
-            let whole = [DataType::U8, DataType::U16, DataType::U32];
-            self.buffers.check(self.reader, &accessor, &[Dimensions::Scalar], &whole)?;
-        }
-        let buffers = &self.buffers;
-        let data = primitive.reader(|buffer| buffers.get(buffer.index()));
-        if has_data {
-            let points =
-                data.read_positions().ok_or_else(|| Error::invalid("positions cannot be read"))?;
-            mesh.points = points.map(|p| DVec3::from(p.map(f64::from))).collect();
-        } else {
-            mesh.points = vec![DVec3::ZERO; count.min(1 << 20)];
-        }
-        if let Some(normals) = data.read_normals() {
-            mesh.normals = normals.map(|n| Vec3::from(n).normalize_or_zero()).collect();
-        }
-        let is_mapped = primitive.material().index().is_some_and(|index| self.is_mapped[index]);
-        if is_mapped && primitive.get(&Semantic::TexCoords(uv_set)).is_none() {
-            self.reader.note(format!(
-                "{what} has no texture coordinates {uv_set}, by which its pictures lie: they lie by x and y"
-            ));
-        }
-        if let Some(uvs) = data.read_tex_coords(uv_set) {
-            // glTF measures v downwards.
-            mesh.uvs = uvs.into_f32().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect();
-        }
-        if let Some(colors) = data.read_colors(0) {
-            mesh.colors = colors.into_rgba_f32().collect();
-        }
-        mesh.validate()?;
-        let corners: Vec<u32> = match data.read_indices() {
-            Some(indices) => indices.into_u32().collect(),
-            None => (0..mesh.points.len() as u32).collect(),
+        let joint = |(i, node): (usize, &::gltf::json::Index<_>)| {
+            let bound = bound.as_ref().map_or(DAffine3::IDENTITY, |bound| {
+                DAffine3::from_mat4(DMat4::from_cols_array(&bound.floats(i)))
+            });
+            self.tree.worlds[node.value()] * bound
         };
-        let front = primitive.material().index().map(|i| self.material_names[i].clone());
-        let front = front.map(|name| mesh.material(&name));
-        for at in 0..triangle_count(mode, corners.len()) {
-            let triangle = match mode {
-                Mode::TriangleStrip if at % 2 == 1 => [at + 1, at, at + 2],
-                Mode::TriangleStrip => [at, at + 1, at + 2],
-                Mode::TriangleFan => [0, at + 1, at + 2],
-                _ => [3 * at, 3 * at + 1, 3 * at + 2],
+        let joints = skin.joints.iter().enumerate().map(joint).collect();
+        let own = self.file.root.meshes[mesh.value()].weights.as_deref();
+        let weights = node.weights.as_deref().or(own).unwrap_or_default();
+        let object = self.mesh(mesh.value(), weights, Some(&Pose { joints }))?;
+        let name = siblings.unique(node.name.as_deref().unwrap_or(&format!("node {index}")));
+        Ok(Some(Object { name, ..object }))
+    }
+
+    /// Where `EXT_mesh_gpu_instancing` places a mesh.
+    fn places(&mut self, instancing: &Value) -> Result<Vec<DAffine3>> {
+        const SHARES: [ComponentType; 3] =
+            [ComponentType::F32, ComponentType::I8, ComponentType::I16];
+        let mut of = |name: &str, shape: Type| -> Result<Option<Values>> {
+            let accessor = instancing.get("attributes").and_then(|all| all.get(name));
+            let accessor = accessor.and_then(Value::as_u64);
+            let kind = Kind { shapes: &[shape], components: &SHARES };
+            accessor.map(|accessor| self.values(accessor as usize, &kind)).transpose()
+        };
+        let moves = of("TRANSLATION", Type::Vec3)?;
+        let turns = of("ROTATION", Type::Vec4)?;
+        let scales = of("SCALE", Type::Vec3)?;
+        let counts: Vec<usize> =
+            [&moves, &turns, &scales].into_iter().flatten().map(|values| values.count).collect();
+        let Some(count) = counts.first().copied() else {
+            return Err(Error::invalid("it has no TRANSLATION, ROTATION or SCALE"));
+        };
+        if counts.iter().any(|other| *other != count) {
+            return Err(Error::invalid("its attributes differ in count"));
+        }
+        self.buffers.take(count as u64)?;
+        let place = |i: usize| {
+            let at = |values: &Option<Values>, absent: f64| {
+                let values = values.as_ref().map(|values| values.floats::<3>(i));
+                DVec3::from(values.unwrap_or([absent; 3]))
             };
-            mesh.add_polygon(&triangle.map(|i| corners[i]), front)?;
-        }
-        Ok(mesh)
-    }
-}
-
-fn triangle_count(mode: ::gltf::mesh::Mode, corners: usize) -> usize {
-    match mode {
-        ::gltf::mesh::Mode::Triangles => corners / 3,
-        _ => corners.saturating_sub(2),
-    }
-}
-
-/// A walk over a scene's nodes.
-struct Walk<'a> {
-    mesh_names: &'a [String],
-    plan: &'a mut Plan,
-    open: HashSet<usize>,
-}
-
-impl Walk<'_> {
-    fn node(
-        &mut self,
-        node: &::gltf::Node<'_>,
-        above: &DAffine3,
-        siblings: &mut Names,
-    ) -> Result<Object> {
-        let index = node.index();
-        if !self.open.insert(index) {
-            return Err(Error::invalid(format!("node {index} contains itself")));
-        }
-        if self.open.len() > 256 {
-            return Err(Error::invalid("nodes are nested more than 256 deep"));
-        }
-        let local = match node.transform() {
-            ::gltf::scene::Transform::Matrix { matrix } => DAffine3::from_mat4(
-                DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from))),
-            ),
-            ::gltf::scene::Transform::Decomposed { translation, rotation, scale } => {
-                let turn = DQuat::from_array(rotation.map(f64::from));
-                DAffine3::from_scale_rotation_translation(
-                    DVec3::from(scale.map(f64::from)),
-                    if turn.length_squared() > 0.0 { turn.normalize() } else { DQuat::IDENTITY },
-                    DVec3::from(translation.map(f64::from)),
-                )
-            }
+            let turn = turns.as_ref().map_or([0.0, 0.0, 0.0, 1.0], |turns| turns.floats(i));
+            nodes::parts(at(&moves, 0.0), turn, at(&scales, 1.0))
         };
-        let world = *above * local;
-        if let Some(camera) = node.camera() {
-            let name = camera.name().or(node.name()).map(str::to_owned);
-            let name = name.unwrap_or_else(|| format!("camera {}", camera.index()));
-            self.plan.cameras.insert(name, view(&camera, &world));
+        Ok((0..count).map(place).collect())
+    }
+
+    /// Adds the light of a node to a plan.
+    fn light(&mut self, node: usize, world: &DAffine3, plan: &mut Plan, names: &mut Names) {
+        const NAME: &str = "KHR_lights_punctual";
+        let number = self.file.extension("nodes", node, NAME).and_then(|of| of.get("light"));
+        let Some(number) = number.and_then(Value::as_u64) else { return };
+        let all = self.file.json.get("extensions").and_then(|all| all.get(NAME));
+        let all = all.and_then(|all| all.get("lights"));
+        let Some(light) = all.and_then(|all| all.get(number as usize)) else { return };
+        let own = light.get("name").and_then(Value::as_str);
+        let name = own.or(self.file.root.nodes[node].name.as_deref());
+        let name = names.unique(name.unwrap_or(&format!("light {number}")));
+        match lights::light(light, world) {
+            Ok(entry) => drop(plan.lights.insert(name, entry)),
+            Err(error) => self.reader.note(format!("light \"{name}\" is left out: {error}")),
         }
-        let name = siblings.unique(node.name().unwrap_or(&format!("node {index}")));
-        let shape = match node.mesh() {
-            Some(mesh) => Shape::Instance(self.mesh_names[mesh.index()].clone()),
-            None => Shape::Group,
-        };
-        let mut object =
-            Object { transform: Transform::from_matrix(local), ..Object::new(name, shape) };
-        let mut names = Names::default();
-        for child in node.children() {
-            object.children.push(self.node(&child, &world, &mut names)?);
+    }
+
+    /// What a mesh must know of the material that it names.
+    fn material(&mut self, index: Option<usize>) -> Look {
+        if let Some(look) = index.and_then(|index| self.materials.get(index)) {
+            return look.clone();
         }
-        self.open.remove(&index);
-        Ok(object)
+        if let Some(look) = &self.default_material {
+            return look.clone();
+        }
+        let mut name = "default".to_owned();
+        while self.all_materials.contains_key(&name) {
+            name.push('_');
+        }
+        self.all_materials.insert(name.clone(), materials::default());
+        self.default_material.insert(Look { name, uv_set: None }).clone()
+    }
+
+    fn values(&mut self, accessor: usize, kind: &Kind<'_>) -> Result<Values> {
+        Values::new(self.reader, self.file, &mut self.buffers, accessor, kind)
+    }
+
+    fn in_file(&self, what: &str, error: Error) -> Error {
+        match error.path() {
+            Some(_) => error,
+            None => self.reader.fault(format!("{what}: {error}")),
+        }
     }
 }
 
-fn view(camera: &::gltf::Camera<'_>, world: &DAffine3) -> Camera {
-    let position = world.translation;
-    let mut view = Camera {
-        position,
-        look_at: position - world.matrix3.z_axis,
-        up: world.matrix3.y_axis,
-        ..Camera::default()
+/// The definitions that an object and those under it place.
+fn instances(object: &Object, all: &mut std::collections::BTreeSet<String>) {
+    if let Shape::Instance(name) = &object.shape {
+        all.insert(name.clone());
+    }
+    object.children.iter().for_each(|child| instances(child, all));
+}
+
+/// The faces of an object and those under it.
+fn faces(object: &Object) -> u64 {
+    let own = match &object.shape {
+        Shape::Faces(mesh) => mesh.face_count() as u64,
+        _ => 0,
     };
-    match camera.projection() {
-        ::gltf::camera::Projection::Perspective(lens) => {
-            view.field_of_view = f64::from(lens.yfov()).to_degrees();
-            view.front = f64::from(lens.znear());
-            view.back = lens.zfar().map(f64::from);
-        }
-        ::gltf::camera::Projection::Orthographic(lens) => {
-            view.parallel_height = Some(2.0 * f64::from(lens.ymag()));
-            view.front = f64::from(lens.znear());
-            view.back = Some(f64::from(lens.zfar()));
-        }
-    }
-    view
+    own + object.children.iter().map(faces).sum::<u64>()
 }

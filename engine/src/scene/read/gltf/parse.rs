@@ -1,58 +1,89 @@
-//! The document: its container, its JSON, and checks that the `gltf` library does not make.
+//! The document: its container and its JSON.
+//!
+//! The `gltf` library knows the structure of the format but is stricter than its specification. What it
+//! would refuse without need is made plain before it sees the document: whole numbers written `1.0`, `extras` of
+//! any kind, attributes of an application (`_NAME`), scenes without nodes. Extensions are kept apart, as JSON.
 
 use ::gltf::binary::Glb;
 use ::gltf::json::Root;
-use ::gltf::json::accessor::{Accessor, ComponentType};
-use ::gltf::json::texture::WrappingMode;
-use ::gltf::json::validation::{Checked, Error as Invalid, Validate};
-use glam::DVec2;
-use serde::Deserialize;
 use serde_json::{Map, Value};
+use std::collections::BTreeSet;
 
 use super::super::Reader;
+use super::{check, extensions};
 use crate::error::{Error, Result};
-use crate::math;
-use crate::texture::{Mapping, Wrap};
+use crate::open;
 
-/// Extensions that a file may require.
-const EXTENSIONS: [&str; 2] = ["KHR_materials_unlit", "KHR_texture_transform"];
+/// A document that was checked.
+pub(super) struct File {
+    /// What the specification itself knows.
+    pub(super) root: Root,
+    /// All of it, for extensions.
+    pub(super) json: Value,
+}
+
+impl File {
+    /// What an extension says of an object of the document, such as `["nodes", "3"]`.
+    pub(super) fn extension(&self, list: &str, index: usize, name: &str) -> Option<&Value> {
+        self.json.get(list)?.get(index)?.get("extensions")?.get(name)
+    }
+
+    /// Whether an extension is declared.
+    pub(super) fn declares(&self, name: &str) -> bool {
+        let all = self.root.extensions_used.iter().chain(&self.root.extensions_required);
+        all.into_iter().any(|declared| declared == name)
+    }
+
+    /// The names of all extensions that are declared, or used without.
+    pub(super) fn extensions(&self) -> BTreeSet<String> {
+        fn find(value: &Value, all: &mut BTreeSet<String>) {
+            match value {
+                Value::Array(list) => list.iter().for_each(|value| find(value, all)),
+                Value::Object(fields) => {
+                    if let Some(Value::Object(used)) = fields.get("extensions") {
+                        all.extend(used.keys().cloned());
+                    }
+                    fields.values().for_each(|value| find(value, all));
+                }
+                _ => {}
+            }
+        }
+        let declared = self.root.extensions_used.iter().chain(&self.root.extensions_required);
+        let mut all: BTreeSet<String> = declared.cloned().collect();
+        find(&self.json, &mut all);
+        all
+    }
+}
 
 /// Parses and checks a file; returns its document and its own chunk of data.
-pub(super) fn parse(reader: &Reader, bytes: &[u8]) -> Result<(::gltf::Document, Option<Vec<u8>>)> {
-    let (json, blob) = container(reader, bytes)?;
-    let root = root(reader, &json)?;
-    if !root.asset.version.starts_with("2.") {
-        let version = &root.asset.version;
-        return Err(reader.fault(format!("glTF version \"{version}\": this program reads 2.0")));
+pub(super) fn parse(reader: &mut Reader, bytes: &[u8]) -> Result<(File, Option<Vec<u8>>)> {
+    let (text, blob) = container(reader, bytes)?;
+    let text = open::text(&reader.path, &text)?;
+    if let Some(note) = text.note {
+        reader.note(note);
     }
-    for extension in &root.extensions_required {
-        if !EXTENSIONS.contains(&extension.as_str()) {
-            let message = format!("the file needs the extension {extension}, which is not known");
-            return Err(reader.fault(message));
-        }
-    }
+    let mut json: Value = serde_json::from_str(&text.text).map_err(|error| {
+        let (line, column) = (error.line(), error.column());
+        Error::at_line(&reader.path, line, column, format!("not glTF: {error}"))
+    })?;
+    make_plain(&mut json);
+    let fault = |what: String| Error::in_file(&reader.path, what);
+    version(&json).map_err(fault)?;
+    extensions::check_required(&json).map_err(fault)?;
     let mut faults = Vec::new();
-    root.validate(&root, ::gltf::json::Path::new, &mut |path, fault| {
-        let path = path().to_string();
-        // The format allows accessors without data (they are zeros), textures without a picture and
-        // primitives without positions; skins and samplers are not used.
-        let may_miss = [".bufferView", ".source", "attributes[\"POSITION\"]"];
-        let is_unused = path.ends_with(".skin") || path.ends_with(".sampler");
-        // Which are known was looked at above.
-        let allowed = is_unused
-            || path.starts_with("extensionsRequired")
-            || fault == Invalid::Missing && may_miss.iter().any(|end| path.ends_with(end));
-        if !allowed {
-            faults.push(format!("{path}: {fault}"));
-        }
-    });
-    further_checks(&root, &mut faults);
-    if !faults.is_empty() {
-        let more = if faults.len() > 5 { ", and more" } else { "" };
-        faults.truncate(5);
-        return Err(reader.fault(format!("not valid glTF: {}{more}", faults.join("; "))));
-    }
-    Ok((::gltf::Document::from_json_without_validation(root), blob))
+    check::references(&json, &mut faults);
+    check::refuse(&faults).map_err(fault)?;
+    let root = root(&json).map_err(|error| {
+        // The library sees no text: what it blames is looked for in it.
+        let (line, column) = match serde_json::from_str::<Root>(&text.text) {
+            Err(again) if again.to_string().starts_with(&error) => (again.line(), again.column()),
+            _ => return fault(format!("not glTF: {error}")),
+        };
+        Error::at_line(&reader.path, line, column, format!("not glTF: {error}"))
+    })?;
+    check::structure(&root, &mut faults);
+    check::refuse(&faults).map_err(fault)?;
+    Ok((File { root, json }, blob))
 }
 
 /// The JSON of a file and, if it is a GLB, its data.
@@ -62,6 +93,11 @@ fn container(reader: &Reader, bytes: &[u8]) -> Result<(Vec<u8>, Option<Vec<u8>>)
     }
     let word =
         |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    let version = word(4).unwrap_or(0);
+    if version != 2 {
+        let message = format!("GLB version {version}: this program reads 2");
+        return Err(Error::at_byte(&reader.path, 4, message));
+    }
     let length = word(8).unwrap_or(0) as usize;
     if length < 12 || length > bytes.len() {
         let message = format!("the GLB announces {length} bytes, the file has {}", bytes.len());
@@ -69,187 +105,87 @@ fn container(reader: &Reader, bytes: &[u8]) -> Result<(Vec<u8>, Option<Vec<u8>>)
     }
     let glb = Glb::from_slice(&bytes[..length])
         .map_err(|e| Error::at_byte(&reader.path, 12, format!("not a GLB: {e}")))?;
-    Ok((glb.json.into_owned(), glb.bin.map(|bin| bin.into_owned())))
+    let mut json = glb.json.into_owned();
+    // Some writers fill the chunk with zeros.
+    while json.last() == Some(&0) {
+        json.pop();
+    }
+    Ok((json, glb.bin.map(|bin| bin.into_owned())))
 }
 
-fn root(reader: &Reader, json: &[u8]) -> Result<Root> {
-    serde_json::from_slice(json).or_else(|error| {
+/// Makes whole numbers whole and takes what applications keep for themselves away.
+fn make_plain(value: &mut Value) {
+    match value {
+        Value::Number(number) => {
+            if let Some(float) = number.as_f64().filter(|_| number.is_f64())
+                && float.fract() == 0.0
+                && float.abs() < 9e15
+                && !(float == 0.0 && float.is_sign_negative())
+            {
+                *value = Value::from(float as i64);
+            }
+        }
+        Value::Array(list) => list.iter_mut().for_each(make_plain),
+        Value::Object(fields) => {
+            fields.remove("extras");
+            fields.values_mut().for_each(make_plain);
+        }
+        _ => {}
+    }
+}
+
+fn version(json: &Value) -> std::result::Result<(), String> {
+    let asset = json.get("asset").ok_or("not glTF: it has no `asset`")?;
+    let version = asset.get("version").and_then(Value::as_str).unwrap_or_default();
+    if version.starts_with("2.") {
+        return Ok(());
+    }
+    let cure =
+        if version.starts_with('1') { ": open it in Blender and export it again" } else { "" };
+    Err(format!("glTF version \"{version}\": this program reads 2.0{cure}"))
+}
+
+/// The document as the library has it.
+fn root(json: &Value) -> std::result::Result<Root, String> {
+    let mut plain = json.clone();
+    without_extensions(&mut plain);
+    for primitive in each(&mut plain, "meshes").flat_map(|mesh| each(mesh, "primitives")) {
+        if let Some(Value::Object(attributes)) = primitive.get_mut("attributes") {
+            attributes.retain(|name, _| !name.starts_with('_'));
+        }
+        for target in each(primitive, "targets") {
+            if let Value::Object(attributes) = target {
+                attributes.retain(|name, _| ["POSITION", "NORMAL", "TANGENT"].contains(&&**name));
+            }
+        }
+    }
+    for (list, field) in [("scenes", "nodes"), ("skins", "joints")] {
+        for object in each(&mut plain, list).filter_map(Value::as_object_mut) {
+            object.entry(field).or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    serde_json::from_value(plain.clone()).or_else(|error| {
         // Parts that a scene does not use may be as they like.
-        let stripped = serde_json::from_slice::<Value>(json).ok().and_then(|mut value| {
-            for unused in ["animations", "skins", "samplers"] {
-                value.as_object_mut()?.remove(unused);
-            }
-            serde_json::from_value(value).ok()
+        let fields = plain.as_object_mut().map(|fields: &mut Map<String, Value>| {
+            fields.remove("animations");
+            fields.remove("samplers");
         });
-        stripped.ok_or_else(|| {
-            Error::at_line(&reader.path, error.line(), error.column(), format!("not glTF: {error}"))
-        })
+        let again = fields.and_then(|()| serde_json::from_value(plain).ok());
+        again.ok_or_else(|| error.to_string())
     })
 }
 
-/// Rules of the format that the library does not check.
-fn further_checks(root: &Root, faults: &mut Vec<String>) {
-    check_accessors(root, faults);
-    for (i, view) in root.buffer_views.iter().enumerate() {
-        let buffer = root.buffers.get(view.buffer.value());
-        let end = view.byte_offset.map_or(0, |offset| offset.0).checked_add(view.byte_length.0);
-        if buffer.is_some_and(|buffer| end.is_none_or(|end| end > buffer.byte_length.0)) {
-            faults.push(format!("bufferViews[{i}]: reaches beyond its buffer"));
-        }
-        if let Some(stride) = view.byte_stride
-            && !(stride.0 % 4 == 0 && (4..=252).contains(&stride.0))
-        {
-            let stride = stride.0;
-            faults.push(format!(
-                "bufferViews[{i}].byteStride: {stride} is no multiple of 4 from 4 to 252"
-            ));
-        }
-    }
-    for (i, camera) in root.cameras.iter().enumerate() {
-        if let Some(lens) = &camera.orthographic
-            && (lens.xmag == 0.0 || lens.ymag == 0.0 || lens.zfar <= lens.znear)
-        {
-            faults.push(format!("cameras[{i}].orthographic: shows nothing"));
-        }
-        if let Some(lens) = &camera.perspective
-            && (lens.yfov <= 0.0 || lens.zfar.is_some_and(|zfar| zfar <= lens.znear))
-        {
-            faults.push(format!("cameras[{i}].perspective: shows nothing"));
-        }
-    }
-    for (i, node) in root.nodes.iter().enumerate() {
-        let has_parts =
-            node.translation.is_some() || node.rotation.is_some() || node.scale.is_some();
-        if node.matrix.is_some() && has_parts {
-            faults.push(format!("nodes[{i}]: has both a matrix and its parts"));
-        }
-    }
+fn each<'v>(value: &'v mut Value, list: &str) -> impl Iterator<Item = &'v mut Value> {
+    value.get_mut(list).and_then(Value::as_array_mut).into_iter().flatten()
 }
 
-fn check_accessors(root: &Root, faults: &mut Vec<String>) {
-    for (i, accessor) in root.accessors.iter().enumerate() {
-        let mut fault = |what: &str| faults.push(format!("accessors[{i}]: {what}"));
-        let (Checked::Valid(kind), Checked::Valid(shape)) =
-            (&accessor.component_type, &accessor.type_)
-        else {
-            continue;
-        };
-        let width = kind.0.size();
-        let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
-        if offset % width as u64 != 0 {
-            fault("its offset is no multiple of its components' size");
+fn without_extensions(value: &mut Value) {
+    match value {
+        Value::Array(list) => list.iter_mut().for_each(without_extensions),
+        Value::Object(fields) => {
+            fields.remove("extensions");
+            fields.values_mut().for_each(without_extensions);
         }
-        if accessor.normalized && kind.0 == ComponentType::F32 {
-            fault("floats cannot be normalized");
-        }
-        if accessor.sparse.as_ref().is_some_and(|sparse| sparse.count.0 > accessor.count.0) {
-            fault("it has more sparse values than values");
-        }
-        match accessor.buffer_view.map(|view| root.buffer_views.get(view.value())) {
-            None if accessor.byte_offset.is_some() => fault("it has an offset but no buffer view"),
-            Some(Some(view)) => {
-                let size = width * shape.multiplicity();
-                if view.byte_stride.is_some_and(|stride| stride.0 < size) {
-                    fault("its buffer view's stride is less than an element");
-                }
-            }
-            _ => {}
-        }
-    }
-    for (i, mesh) in root.meshes.iter().enumerate() {
-        for primitive in &mesh.primitives {
-            let count = |index: &::gltf::json::Index<_>| {
-                root.accessors.get(index.value()).map(|accessor: &Accessor| accessor.count.0)
-            };
-            let mut counts = primitive.attributes.values().map(count);
-            let first = counts.next();
-            if counts.any(|count| Some(count) != first) {
-                faults.push(format!("meshes[{i}]: its attributes differ in count"));
-            }
-        }
-    }
-}
-
-/// Whether a texture has a picture.
-pub(super) fn has_picture(file: &::gltf::Document, texture: usize) -> bool {
-    let root = file.as_json();
-    root.textures.get(texture).is_some_and(|texture| texture.source.value() < root.images.len())
-}
-
-/// What is beside the picture of a texture, if its sampler is sound; else the picture again.
-pub(super) fn wrap(file: &::gltf::Document, texture: usize) -> [Wrap; 2] {
-    let root = file.as_json();
-    let sampler = root.textures.get(texture).and_then(|texture| texture.sampler);
-    let Some(sampler) = sampler.and_then(|index| root.samplers.get(index.value())) else {
-        return [Wrap::Repeat; 2];
-    };
-    [sampler.wrap_s, sampler.wrap_t].map(|mode| match mode {
-        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
-        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
-        Checked::Valid(WrappingMode::Repeat) | Checked::Invalid => Wrap::Repeat,
-    })
-}
-
-/// How a texture lies, as the extension KHR_texture_transform says.
-#[derive(Deserialize)]
-#[serde(default, rename_all = "camelCase")]
-struct Placed {
-    offset: [f64; 2],
-    rotation: f64,
-    scale: [f64; 2],
-}
-
-impl Default for Placed {
-    fn default() -> Placed {
-        Placed { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2] }
-    }
-}
-
-/// How a texture lies: by which texture coordinates, what is done to these, and what of it is not as the file says.
-pub(super) fn placing(
-    others: Option<&Map<String, Value>>,
-    uv_set: u32,
-    wrap: [Wrap; 2],
-) -> (Mapping, u32, Option<String>) {
-    let plain = Mapping { wrap, ..Mapping::default() };
-    let Some(value) = others.and_then(|others| others.get("KHR_texture_transform")) else {
-        return (plain, uv_set, None);
-    };
-    // Which coordinates holds even where what is done to them cannot be.
-    let own_set = value.get("texCoord").and_then(Value::as_u64).and_then(|set| set.try_into().ok());
-    let uv_set = own_set.unwrap_or(uv_set);
-    let placed = serde_json::from_value(value.clone()).map_err(|error| error.to_string());
-    match placed.and_then(|placed: Placed| placed.mapping(wrap)) {
-        Ok(mapping) => (mapping, uv_set, None),
-        Err(what) => (plain, uv_set, Some(format!("KHR_texture_transform: {what}"))),
-    }
-}
-
-impl Placed {
-    /// What it does to coordinates.
-    fn mapping(self, wrap: [Wrap; 2]) -> std::result::Result<Mapping, String> {
-        let Placed { offset: [left, up], rotation, scale: [x, y] } = self;
-        // There v goes down, and is stretched before it is turned; here v goes up, and is stretched afterwards. The two
-        // can be exchanged where nothing is skewed.
-        let (sin, cos) = (math::sin(rotation), math::cos(rotation));
-        let is_even = (x.abs() - y.abs()).abs() <= 1e-6 * x.abs().max(y.abs());
-        // A turn goes the other way in a mirror.
-        let turn = if is_even && x * y < 0.0 { rotation } else { -rotation };
-        let scale = match (cos.abs() > 1.0 - 1e-9, sin.abs() > 1.0 - 1e-9) {
-            (is_straight, _) if is_straight || is_even => DVec2::new(x, y),
-            (_, true) => DVec2::new(y, x),
-            _ => {
-                return Err(
-                    "it is turned and stretched unevenly, which skews it: give its vertices \
-                 the coordinates instead"
-                        .to_owned(),
-                );
-            }
-        };
-        let offset = DVec2::new(left + sin * y, 1.0 - cos * y - up);
-        let turn = turn.to_degrees();
-        let mapping = Mapping { wrap, turn, scale, offset, ..Mapping::default() };
-        mapping.check().map_err(|error| error.to_string())?;
-        Ok(mapping)
+        _ => {}
     }
 }
