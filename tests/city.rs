@@ -148,8 +148,8 @@ fn a_house_has_its_surfaces_once_each_with_kinds_pictures_and_parts() {
     same.sort_by(|a, b| a.3.total_cmp(&b.3));
     assert_eq!(same, found);
     let flat = house().replace("<bldg:lod1Solid>", "<bldg:lod1Solid srsDimension=\"2\">");
-    open(scratch.path(), &flat.replace("9 0 0 9 9 9", "9 0 9 9 9"), &ReadOptions::default())
-        .unwrap();
+    let flat = flat.replace("0 0 0 9 0 0 9 9 9 0 0 0", "0 0 9 0 9 9 0 0");
+    open(scratch.path(), &flat, &ReadOptions::default()).unwrap();
     let mesh = scene.instances.iter().find(|i| i.path == "house").unwrap().geometry.mesh();
     let corner = mesh.points.iter().position(|p| *p == DVec3::new(4.0, 5.0, 3.0)).unwrap();
     assert_eq!(mesh.uvs[corner].to_array(), [1.0, 0.5]);

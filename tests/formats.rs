@@ -297,6 +297,7 @@ fn options_place_a_files_space() {
         origin: Some([1000.0, 0.0, 0.0]),
         crease: None,
         pictures: None,
+        ..ReadOptions::default()
     };
     assert_eq!(read(options)[2], DVec3::new(0.0, 0.001, 0.0));
     assert!(

@@ -142,7 +142,7 @@ fn all_errors_of_a_node_are_reported_with_what_its_fields_take() {
         ("\"320x180\"", "`size` takes (whole number"),
         ("Slopd", "`Sloped`"),
         ("1.5", "`scale` takes (number, number)"),
-        ("5", "`filter` takes"),
+        ("5", "the choices are Box, Tent"),
     ];
     for (blamed, words) in expected {
         let is_told = |(span, said): &(&str, String)| *span == blamed && said.contains(words);

@@ -111,7 +111,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
 const LAYERS: [(&str, &[&str]); 30] = [
-    ("error", &[]),
+    ("error", &["text"]),
     ("math", &[]),
     ("key", &[]),
     ("output", &["error"]),

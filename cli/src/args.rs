@@ -99,7 +99,7 @@ pub(crate) enum Format {
     Json,
 }
 
-/// Checks a graph and reports every error at once; evaluates nothing.
+/// Checks a graph and the scenes that it reads, and reports every error at once; evaluates nothing else.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Check {
     /// The graph.
@@ -124,6 +124,9 @@ pub(crate) struct Nodes {
 pub(crate) struct Info {
     /// A scene of any format, a graph, a .span file, a picture, or a lamp's photometry (.ies, .ldt).
     pub(crate) file: PathBuf,
+    /// Lists all objects and materials of a scene, however many.
+    #[arg(long)]
+    pub(crate) all: bool,
     /// Draws a lamp's intensities to this .svg.
     #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = place())]
     pub(crate) output: Option<PathBuf>,

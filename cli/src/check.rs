@@ -1,9 +1,12 @@
 //! `spandrel check`, and the reading of graphs that other commands share.
 
+use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::diagnostic::{list, nearest};
 use spandrel_engine::graph::document::Document;
-use spandrel_engine::graph::{Graph, Registry};
+use spandrel_engine::graph::evaluate::Progress;
+use spandrel_engine::graph::{Graph, Plan, Registry, Run};
 use spandrel_engine::open;
+use spandrel_engine::scene::Scene;
 use std::borrow::Cow;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -14,11 +17,43 @@ use crate::{exit, print};
 pub(crate) fn run(registry: &Registry, args: &Check) -> u8 {
     match read(registry, &args.graph, &args.set) {
         Ok(graph) => {
+            let code = scenes(&graph, &args.graph);
+            if code != exit::DONE {
+                return code;
+            }
             let count = graph.nodes().count();
             print::words(&format!("{}: {count} nodes, no errors\n", name(&args.graph)));
             exit::DONE
         }
         Err(code) => code,
+    }
+}
+
+/// Reads the scenes that a graph names; prints what is wrong with them, and returns the exit code.
+fn scenes(graph: &Graph, path: &Path) -> u8 {
+    let mut code = exit::DONE;
+    for node in graph.nodes().filter(|node| node.kind == "ReadScene") {
+        let mut wishes = Wishes::new();
+        wishes.want::<Scene>(node.id, ());
+        let plan = Plan::new(graph, &wishes);
+        if let Err(failure) = plan.and_then(|plan| Run::new().evaluate(graph, &plan, &Told)) {
+            print::error(format!("{}: {failure}", name(path)));
+            code = exit::of(&failure.error);
+        }
+    }
+    code
+}
+
+/// Prints what nodes tell.
+struct Told;
+
+impl Progress for Told {
+    fn noted(&self, node: &str, message: &str) {
+        print::note(format!("node \"{node}\": {message}"));
+    }
+
+    fn warned(&self, node: &str, message: &str) {
+        print::warning(format!("node \"{node}\": {message}"));
     }
 }
 

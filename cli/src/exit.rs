@@ -18,7 +18,7 @@ pub(crate) const INPUT: u8 = 4;
 /// The code of a failure while evaluating: an input's fault, or another.
 pub(crate) fn of(error: &Error) -> u8 {
     match error {
-        Error::File { .. } | Error::Malformed { .. } => INPUT,
+        Error::File { .. } | Error::Malformed { .. } | Error::Text(_) => INPUT,
         _ => FAILED,
     }
 }

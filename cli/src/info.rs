@@ -1,14 +1,13 @@
 //! `spandrel info`: what is in a file, and what is wrong with it.
 
-use spandrel_engine::color::Color;
-use spandrel_engine::fragment::Optics;
 use spandrel_engine::graph::document::Document as GraphDocument;
 use spandrel_engine::open;
 use spandrel_engine::scene::examine::{Fault, examine};
-use spandrel_engine::scene::read::{self, ReadOptions};
-use spandrel_engine::scene::{AlphaMode, Object, Plan, Scene, Shape};
+use spandrel_engine::scene::read::{self, ReadOptions, Reading};
+use spandrel_engine::scene::{Object, Plan, Scene, Shape};
 use spandrel_engine::span::Stage;
 use spandrel_engine::span_file::SpanFile;
+use spandrel_engine::text::Faults;
 use spandrel_engine::{Error, Result};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -16,7 +15,8 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::args::Info;
-use crate::{check, exit, lamp, picture, print};
+use crate::contents::Materials;
+use crate::{check, contents, exit, lamp, picture, print};
 
 pub(crate) fn run(args: &Info) -> u8 {
     if let Some(Err(code)) = args.output.as_ref().map(|file| print::check_output(file, &["svg"])) {
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &Info) -> u8 {
         (true, ..) => graph(&args.file),
         (_, true, _) => spans(&args.file),
         _ if picture::is_picture(&args.file) => picture::info(&args.file),
-        _ => scene(&args.file),
+        _ => scene(&args.file, args.all),
     };
     match info {
         Ok(text) => {
@@ -76,10 +76,9 @@ fn graph(path: &Path) -> Result<String> {
                 let _ = writeln!(out, "  {}: {}", node.id, node.kind);
             }
         }
-        Err(faults) => {
-            let (line, column) = faults[0].position(&text);
-            let message = faults[0].message.clone();
-            return Err(Error::at_line(path, line, column, message));
+        Err(list) => {
+            let faults = Faults { path: path.to_owned(), text, list };
+            return Err(Error::Text(Box::new(faults)));
         }
     }
     let _ = writeln!(out, "`spandrel check` says more");
@@ -169,11 +168,12 @@ fn spans(path: &Path) -> Result<String> {
     Ok(out)
 }
 
-fn scene(path: &Path) -> Result<String> {
-    let reading = read::document(path, &ReadOptions::default())?;
+fn scene(path: &Path, all: bool) -> Result<String> {
+    let reading = read::examined(path, &ReadOptions::default())?;
     let document = &reading.document;
     let mut out = format!("{}: a scene\n", path.display());
     let directory = path.parent().unwrap_or(Path::new(""));
+    let mut materials = Materials::default();
     for plan in &document.plans {
         let scene = Scene::new(document, Some(&plan.name), "", reading.key, directory);
         let scene = scene.map_err(|error| match error {
@@ -181,39 +181,15 @@ fn scene(path: &Path) -> Result<String> {
             other => other,
         })?;
         let _ = writeln!(out, "plan \"{}\"", plan.name);
-        describe(&mut out, plan, &scene);
+        describe(&mut out, plan, &scene, &reading);
+        contents::objects(&mut out, &scene, all);
         faults(&mut out, plan, &scene);
+        materials.of_scene(&scene);
     }
-    if !document.materials.is_empty() {
-        let _ = writeln!(out, "materials");
-        for (name, material) in &document.materials {
-            let [r, g, b] = material.color.to_array();
-            let mut line = format!("  \"{name}\": color ({r:.3}, {g:.3}, {b:.3})");
-            if material.alpha_mode != AlphaMode::Opaque {
-                let _ = write!(line, ", alpha {} ({:?})", material.alpha, material.alpha_mode);
-            }
-            if material.finish.shines() {
-                let _ = write!(line, ", {:?}", material.finish.gloss);
-            }
-            if let Some(optics) = material.finish.optics {
-                let Optics { reflect, refract, index, .. } = optics;
-                let shares = |color: Color| color.to_array().map(|v| format!("{v:.3}")).join(", ");
-                let _ = write!(line, ", mirrors ({})", shares(reflect));
-                if refract != Color::BLACK {
-                    let _ = write!(line, ", refracts ({}) by {index}", shares(refract));
-                }
-            }
-            for (what, map) in &material.maps {
-                let _ = write!(line, ", {what} from {:?}", map.picture);
-            }
-            if let Some(domains) = &material.domains {
-                let table = domains.table.iter();
-                let table: Vec<String> =
-                    table.map(|(index, bundle)| format!("{index} \"{bundle}\"")).collect();
-                let _ = write!(line, ", domains by {:?}: {}", domains.define, table.join(", "));
-            }
-            let _ = writeln!(out, "{line}");
-        }
+    materials.of_file(&document.materials);
+    materials.show(&mut out, all);
+    for line in &reading.about {
+        let _ = writeln!(out, "{line}");
     }
     for note in &reading.notes {
         let _ = writeln!(out, "note: {note}");
@@ -221,7 +197,7 @@ fn scene(path: &Path) -> Result<String> {
     Ok(out)
 }
 
-fn describe(out: &mut String, plan: &Plan, scene: &Scene) {
+fn describe(out: &mut String, plan: &Plan, scene: &Scene, reading: &Reading) {
     let (mut corners, mut holes, mut seals) = (0, 0, 0);
     let mut low = glam::DVec3::INFINITY;
     let mut high = glam::DVec3::NEG_INFINITY;
@@ -252,8 +228,15 @@ fn describe(out: &mut String, plan: &Plan, scene: &Scene) {
         let size = high - low;
         let _ = writeln!(
             out,
-            "  {:.3} x {:.3} x {:.3} m, from ({:.3}, {:.3}, {:.3})",
-            size.x, size.y, size.z, low.x, low.y, low.z
+            "  {:.3} x {:.3} x {:.3} m, from ({:.3}, {:.3}, {:.3}) to ({:.3}, {:.3}, {:.3}), y up",
+            size.x, size.y, size.z, low.x, low.y, low.z, high.x, high.y, high.z
+        );
+        let ground = glam::DVec3::new((low.x + high.x) / 2.0, low.y, (low.z + high.z) / 2.0);
+        let origin = reading.in_file(ground).map(|v| ((v * 1e4).round() / 1e4 + 0.0).to_string());
+        let _ = writeln!(
+            out,
+            "  `origin: ({})` in ReadScene puts the middle of its ground at (0, 0, 0)",
+            origin.join(", ")
         );
     }
     for (what, names) in [

@@ -10,6 +10,7 @@
 
 mod args;
 mod check;
+mod contents;
 mod convert;
 mod diff;
 mod difference;

@@ -1,7 +1,6 @@
 //! Printing: to readers that may have gone, and diagnostics with the text that they blame. What is said is kept for
 //! `--stats=json` and `--deny-warnings`.
 
-use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use spandrel_engine::graph::{Diagnostic, Severity};
 use spandrel_engine::output;
 pub(crate) use spandrel_engine::text::bytes;
@@ -73,20 +72,6 @@ fn is_hidden(c: char) -> bool {
         || matches!(c, '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
-/// A source text as it can be shown, every place in it staying where it is.
-fn in_place(text: &str) -> Cow<'_, str> {
-    if !text.contains(is_hidden) {
-        return Cow::Borrowed(text);
-    }
-    let stand_in = |c: char| match c.len_utf8() {
-        _ if !is_hidden(c) => c,
-        1 => '?',
-        2 => '¿',
-        _ => '\u{fffd}',
-    };
-    Cow::Owned(text.chars().map(stand_in).collect())
-}
-
 /// Words as they can be shown: what moves the cursor, is not seen or turns the order of letters is written out, as
 /// names of files may have any letters.
 pub(crate) fn visible(text: &str) -> Cow<'_, str> {
@@ -150,10 +135,9 @@ fn titled(title: &str, color: &str, message: &dyn std::fmt::Display) -> String {
 
 /// Prints diagnostics with the lines that they blame, underlined; `name` is what the text is called.
 pub(crate) fn diagnostics(name: &str, text: &str, diagnostics: &[Diagnostic]) {
-    let renderer =
-        if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    let is_styled = std::io::stderr().is_terminal();
     for diagnostic in diagnostics {
-        styled(&underlined(name, text, diagnostic, &renderer));
+        styled(&underlined(name, text, diagnostic, is_styled));
         styled("");
         let (line, column) = diagnostic.position(text);
         let help = diagnostic.help.as_ref().map(|help| format!(": {help}")).unwrap_or_default();
@@ -171,22 +155,15 @@ pub(crate) fn diagnostics(name: &str, text: &str, diagnostics: &[Diagnostic]) {
 }
 
 /// A diagnostic with the lines that it blames.
-fn underlined(name: &str, text: &str, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
-    let level = match diagnostic.severity {
-        Severity::Error => Level::ERROR,
-        Severity::Warning => Level::WARNING,
+fn underlined(name: &str, text: &str, diagnostic: &Diagnostic, is_styled: bool) -> String {
+    let shown = |words: &str| visible(words).into_owned();
+    let diagnostic = Diagnostic {
+        message: shown(&diagnostic.message),
+        label: shown(&diagnostic.label),
+        help: diagnostic.help.as_deref().map(shown),
+        ..diagnostic.clone()
     };
-    let start = text.floor_char_boundary(diagnostic.span.start);
-    let end = text.ceil_char_boundary(diagnostic.span.end).max(start);
-    let [name, title, label] =
-        [name, &diagnostic.message, &diagnostic.label].map(|words| visible(words).into_owned());
-    let blamed = AnnotationKind::Primary.span(start..end).label(label);
-    let snippet = Snippet::source(in_place(text)).path(name).annotation(blamed);
-    let mut group = level.primary_title(title).element(snippet);
-    if let Some(help) = &diagnostic.help {
-        group = group.element(Level::HELP.message(visible(help)));
-    }
-    renderer.render(&[group])
+    diagnostic.excerpt(&visible(name), text, is_styled)
 }
 
 /// A number of things.
@@ -244,7 +221,7 @@ mod tests {
         let checked = Document::parse(text)
             .and_then(|document| Graph::check(&document, registry, Path::new("")).map(drop));
         let faults = checked.err().unwrap_or_default();
-        let shown = |fault| underlined("é\r.ron", text, fault, &Renderer::plain());
+        let shown = |fault| underlined("é\r.ron", text, fault, false);
         faults.iter().map(shown).collect()
     }
 
@@ -274,11 +251,10 @@ mod tests {
     #[test]
     fn places_within_a_letter_are_shown() {
         let text = "a é 😀 b";
-        assert_eq!(in_place("é\r\u{ad}\u{200b}b").len(), "é\r\u{ad}\u{200b}b".len());
         for start in 0..text.len() + 3 {
             for end in start..text.len() + 3 {
                 let fault = Diagnostic::error(start..end, "wrong").label("here");
-                let shown = underlined("g.ron", text, &fault, &Renderer::plain());
+                let shown = underlined("g.ron", text, &fault, false);
                 assert!(shown.contains("wrong"), "{shown}");
             }
         }

@@ -4,6 +4,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use crate::text::Faults;
+
 /// The engine's errors. Every one names what was wrong and, where a file is to blame, the file and
 /// the place in it; the cure is part of the message.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +35,9 @@ pub enum Error {
         /// What is wrong, and the cure.
         message: String,
     },
+    /// A text of the project's own is wrong, at one place or more.
+    #[error("{0}")]
+    Text(Box<Faults>),
     /// A value is outside its range or contradicts another.
     #[error("{0}")]
     Invalid(String),
@@ -98,6 +103,7 @@ impl Error {
         match self {
             Error::Malformed { message, .. } | Error::Output { message, .. } => message.clone(),
             Error::File { source, .. } => source.to_string(),
+            Error::Text(faults) => faults.in_short(),
             other => other.to_string(),
         }
     }
@@ -107,6 +113,7 @@ impl Error {
         match self {
             Error::File { path, .. } | Error::Output { path, .. } => Some(path),
             Error::Malformed { place, .. } => Some(&place.path),
+            Error::Text(faults) => Some(&faults.path),
             _ => None,
         }
     }

@@ -8,10 +8,12 @@ use std::sync::Arc;
 
 use super::catalogue::{self, Leaf};
 use super::diagnostic::{Diagnostic, list, nearest};
-use super::document::{Document, RawNode, byte_of, field_span, fields, ron_error};
+use super::document::{Document, RawNode, field_span};
 use super::node::{AnyNode, is_file};
 use super::registry::{Kind, Registry};
 use crate::error::{Error, Result};
+use crate::text::index::{Index, Item};
+use crate::text::parse;
 
 /// A checked graph: every node parsed, every link resolved and of the right type, without cycles.
 pub struct Graph {
@@ -147,12 +149,12 @@ impl Check<'_> {
         };
         let before = self.faults.len();
         let Some((node, unread)) = self.parse(raw, &kind) else { return };
-        let text = ron::Options::default().to_string(&node.parameters()).unwrap_or_default();
-        for field in &kind.fields {
-            if !is_finite(&raw.text, &field.name) || !is_finite(&text, &field.name) {
-                let message = format!("`{}` has a number that is not finite", field.name);
-                self.faults.push(Diagnostic::error(raw.field(&field.name), message));
-            }
+        let index = Index::new(&raw.text);
+        for number in index.numbers() {
+            let holds = |(_, item): &(&str, &Item)| item.value.contains(&number.start);
+            let field = index.fields().find(holds).map_or("this", |(name, _)| name);
+            let message = format!("`{field}`: {}", parse::NOT_FINITE);
+            self.faults.push(Diagnostic::error(raw.place(number.clone()), message));
         }
         let from = self.nodes.len();
         let (mut files, mut writes) = (Vec::new(), Vec::new());
@@ -202,34 +204,32 @@ impl Check<'_> {
         self.nodes.push(Checked { id, kind, node, files, writes, links: Vec::new() });
     }
 
-    /// Parses a node. What is wrong with a field is reported, and the rest is read without it, for all errors to be
-    /// found at once; returns the names of such fields.
+    /// Parses a node. What is wrong is reported, and the rest is read without it, for all errors to be found at once;
+    /// returns the names of the fields that something is wrong with.
     fn parse(&mut self, raw: &RawNode, kind: &Kind) -> Option<(Box<dyn AnyNode>, HashSet<String>)> {
-        let (mut text, mut unread) = (raw.text.clone(), HashSet::new());
-        loop {
-            let error = match (kind.parse)(&text) {
-                Ok(node) => return Some((node, unread)),
-                Err(error) => error,
-            };
-            let at = byte_of(&text, &error.span.start);
-            let is_there = |field: &super::document::FieldText<'_>| {
-                field.whole.start <= at && at <= field.whole.end
-            };
-            let known = fields(&text);
+        let parsed = parse::parse(&raw.text, |text| (kind.parse)(text).map_err(|error| *error));
+        let index = Index::new(&raw.text);
+        let mut unread = HashSet::new();
+        for mut fault in parsed.faults {
+            let at = fault.span.start;
             // Where one ends, the next may begin.
-            let blamed = known.iter().rfind(|field| is_there(field));
-            let fault = self.parse_fault(raw, kind, blamed.map(|field| field.name), &error);
+            let blamed =
+                index.fields().filter(|(_, item)| item.whole.start <= at && at <= item.whole.end);
+            let blamed = blamed.last().map(|(name, _)| name);
+            unread.extend(blamed.map(str::to_owned));
+            let known = kind.fields.iter().find(|known| Some(known.name.as_str()) == blamed);
+            fault.help = fault.help.or_else(|| match known {
+                Some(known) => Some(format!("`{}` takes {}", known.name, known.kind)),
+                None => Some(format!(
+                    "write the kind's name and its fields, such as {}(), even if there are none",
+                    kind.name
+                )),
+            });
+            fault.span = raw.place(fault.span);
+            fault.other = fault.other.map(|(span, label)| (raw.place(span), label));
             self.faults.push(fault);
-            let field = blamed?;
-            unread.insert(field.name.to_owned());
-            // As many characters, so that places stay.
-            let blank: String = text[field.whole.clone()]
-                .chars()
-                .map(|c| if c == '\n' { c } else { ' ' })
-                .collect();
-            let whole = field.whole.clone();
-            text.replace_range(whole, &blank);
         }
+        parsed.value.map(|node| (node, unread))
     }
 
     fn unknown(&self, raw: &RawNode) -> Diagnostic {
@@ -243,30 +243,6 @@ impl Check<'_> {
             Some(near) => fault.help(format!("did you mean `{near}`?")),
             None => fault.help("`spandrel nodes` lists all kinds"),
         }
-    }
-
-    fn parse_fault(
-        &self,
-        raw: &RawNode,
-        kind: &Kind,
-        field: Option<&str>,
-        error: &ron::error::SpannedError,
-    ) -> Diagnostic {
-        let mut fault = if raw.settings.is_empty() {
-            // The parsed text begins at the node, so that places only need moving.
-            ron_error(&self.document.text[..raw.span.end], raw.span.start, error)
-        } else {
-            Diagnostic { span: raw.id_span.clone(), ..ron_error(&raw.text, 0, error) }
-        };
-        let known = kind.fields.iter().find(|known| Some(known.name.as_str()) == field);
-        fault.help = fault.help.or_else(|| match known {
-            Some(known) => Some(format!("`{}` takes {}", known.name, known.kind)),
-            None => Some(format!(
-                "write the kind's name and its fields, such as {}(), even if there are none",
-                kind.name
-            )),
-        });
-        fault
     }
 
     /// Resolves links: to nodes by name, to files by nodes that read them.
@@ -449,21 +425,4 @@ fn link_span(raw: &RawNode, wish: &Wish) -> std::ops::Range<usize> {
         Some(at) => field.start + at..field.start + at + quoted.len(),
         None => field,
     }
-}
-
-/// Whether a field's text has no `inf` or `NaN`.
-fn is_finite(text: &str, field: &str) -> bool {
-    let Some(span) = field_span(text, field) else { return true };
-    let mut outside = true;
-    let bare: String = text[span]
-        .chars()
-        .map(|c| {
-            outside ^= c == '"';
-            if outside && c != '"' { c } else { ' ' }
-        })
-        .collect();
-    let mut words = bare.split(|c: char| !(c.is_alphanumeric() || c == '.' || c == '_'));
-    !words.any(|word| {
-        word == "inf" || word == "NaN" || word.parse::<f64>().is_ok_and(|value| !value.is_finite())
-    })
 }

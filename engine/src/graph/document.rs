@@ -6,12 +6,11 @@
 
 use ron::value::RawValue;
 use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
-use std::collections::HashMap;
 use std::fmt;
 use std::ops::Range;
 
 use super::diagnostic::Diagnostic;
-use crate::text::{Wording, list, nearest, options, wording};
+use crate::text::{Index, list, nearest, offset_in_text, options, parse};
 
 /// The version of the graph format that this library reads.
 pub const VERSION: u32 = 1;
@@ -87,39 +86,42 @@ impl Document {
     /// # Errors
     /// All that is wrong with the text's outer form: its syntax, its version, names that are no names.
     pub fn parse(text: &str) -> Result<Document, Vec<Diagnostic>> {
-        let raw: Raw<'_> = options().from_str(text).map_err(|e| vec![ron_error(text, 0, &e)])?;
-        let mut faults = Vec::new();
-        if raw.version != VERSION {
-            let message = format!("graph version {}: this program reads {VERSION}", raw.version);
+        // The version, and of each node the name and where its text begins and ends.
+        let read = |text: &str| {
+            let raw: Raw<'_> = options().from_str(text)?;
+            let place = |value: &RawValue| {
+                let body = value.trim().get_ron();
+                let start = body.as_ptr() as usize - text.as_ptr() as usize;
+                start..start + body.len()
+            };
+            let nodes = raw.nodes.0.into_iter().map(|(id, value)| (id, place(value)));
+            Ok((raw.version, nodes.collect::<Vec<_>>()))
+        };
+        let parse::Parsed { value, mut faults, .. } = parse::parse(text, read);
+        let index = Index::new(text);
+        faults.extend(parse::doubles(&index));
+        let Some((version, raw)) = value else { return Err(faults) };
+        if version != VERSION {
+            let message = format!("graph version {version}: this program reads {VERSION}");
             faults.push(Diagnostic::error(0..text.len().min(5), message));
         }
         let mut nodes: Vec<RawNode> = Vec::new();
-        let mut first_of: HashMap<String, Range<usize>> = HashMap::new();
-        for (id, value) in raw.nodes.0 {
-            let body = value.trim().get_ron();
-            let start = body.as_ptr() as usize - text.as_ptr() as usize;
-            let id_span = quoted_before(text, start, &id);
+        for (id, span) in raw {
+            let body = &text[span.clone()];
+            let id_span = index.item(index.at(span.start)).key.clone();
+            let id_span = id_span.unwrap_or(span.start..span.start + 1);
             let kind: String =
                 body.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
-            if let Some(first) = first_of.get(&id) {
-                let (line, _) = Diagnostic::error(first.clone(), "").position(text);
-                faults.push(
-                    Diagnostic::error(id_span.clone(), format!("two nodes are called \"{id}\""))
-                        .label("the second")
-                        .help(format!("rename it; the first is in line {line}")),
-                );
-            }
             if !is_name(&id) {
                 faults.push(
                     Diagnostic::error(id_span.clone(), format!("\"{id}\" is no name for a node"))
                         .label("only letters, digits and _, not beginning with a digit"),
                 );
             }
-            first_of.entry(id.clone()).or_insert_with(|| id_span.clone());
-            let span = start..start + body.len();
             let text = body.to_owned();
             nodes.push(RawNode { id, id_span, kind, span, text, settings: Vec::new() });
         }
+        faults.sort_by_key(|fault| fault.span.start);
         if faults.is_empty() { Ok(Document { text: text.to_owned(), nodes }) } else { Err(faults) }
     }
 
@@ -154,6 +156,14 @@ impl Document {
 }
 
 impl RawNode {
+    /// Where a place of its text stands in the document: with settings from outside, its name stands for all.
+    pub(super) fn place(&self, place: Range<usize>) -> Range<usize> {
+        match self.settings.is_empty() {
+            true => self.span.start + place.start..self.span.start + place.end,
+            false => self.id_span.clone(),
+        }
+    }
+
     /// Where a field's value stands in the document; the node as a whole if it is not there.
     pub fn field(&self, field: &str) -> Range<usize> {
         match field_span(&self.text, field) {
@@ -190,184 +200,9 @@ fn is_name(id: &str) -> bool {
         && chars.all(|c| c.is_alphanumeric() || c == '_')
 }
 
-/// Where the name of a node stands that is followed by a value at `start`.
-fn quoted_before(text: &str, start: usize, id: &str) -> Range<usize> {
-    let quoted = format!("\"{id}\"");
-    match text[..start].rfind(&quoted) {
-        Some(at) => at..at + quoted.len(),
-        None => start..start + 1,
-    }
-}
-
-/// An error of the RON library, placed in the document; `base` is where the parsed text begins in it.
-pub(super) fn ron_error(text: &str, base: usize, error: &ron::error::SpannedError) -> Diagnostic {
-    let part = &text[base..];
-    let byte = |position| base + byte_of(part, position);
-    let span = word_at(text, byte(&error.span.start)..byte(&error.span.end));
-    let Wording { message, label, help } = wording(&error.code, &text[span.start..]);
-    Diagnostic { help, ..Diagnostic::error(span, message).label(label) }
-}
-
-/// The byte of a text at a line and column of the RON library.
-pub(super) fn byte_of(text: &str, position: &ron::error::Position) -> usize {
-    let line_start = match position.line {
-        0 | 1 => 0,
-        line => text.match_indices('\n').nth(line - 2).map_or(text.len(), |(at, _)| at + 1),
-    };
-    let column = position.col.saturating_sub(1);
-    let line = &text[line_start..];
-    line_start + line.char_indices().nth(column).map_or(line.len(), |(at, _)| at)
-}
-
-/// A place without the blanks before it; if nothing is left, the word that follows.
-fn word_at(text: &str, span: Range<usize>) -> Range<usize> {
-    let rest = &text[span.start.min(text.len())..];
-    let start = span.start + rest.len() - rest.trim_start().len();
-    if start < span.end {
-        // The library leaves out the quote that begins a string.
-        let quoted = text[..start].ends_with('"') && text[start..span.end].ends_with('"');
-        return start - usize::from(quoted)..span.end;
-    }
-    let end = text[start..].find(|c: char| c.is_whitespace() || ",()[]{}".contains(c));
-    start..start + end.unwrap_or(text.len() - start).max(1)
-}
-
 /// The bytes of a field's value in the text of a structure such as `Kind(a: 1, b: (2, 3))`.
 pub(super) fn field_span(text: &str, field: &str) -> Option<Range<usize>> {
-    fields(text).into_iter().find(|known| known.name == field).map(|known| known.value)
-}
-
-/// A field in the text of a structure.
-pub(super) struct FieldText<'t> {
-    pub(super) name: &'t str,
-    pub(super) value: Range<usize>,
-    /// Its name, its value and the comma after it.
-    pub(super) whole: Range<usize>,
-}
-
-/// The fields of a structure such as `Kind(a: 1, b: (2, 3))`, as far as it has the form of one.
-pub(super) fn fields(text: &str) -> Vec<FieldText<'_>> {
-    let bytes = text.as_bytes();
-    let mut fields = Vec::new();
-    let Some(open) = text.find('(') else { return fields };
-    let mut i = open + 1;
-    loop {
-        i = skip_blank(text, i);
-        let name_end = text[i..].find(|c: char| !(c.is_alphanumeric() || c == '_'));
-        let Some(name_end) = name_end.map(|end| i + end) else { return fields };
-        let colon = skip_blank(text, name_end);
-        if bytes.get(colon) != Some(&b':') {
-            return fields;
-        }
-        let start = skip_blank(text, colon + 1);
-        let end = value_end(text, start);
-        let has_comma = bytes.get(end) == Some(&b',');
-        fields.push(FieldText {
-            name: &text[i..name_end],
-            value: start..text[start..end].trim_end().len() + start,
-            whole: i..end + usize::from(has_comma),
-        });
-        if !has_comma {
-            return fields;
-        }
-        i = end + 1;
-    }
-}
-
-/// Passes blanks and comments.
-fn skip_blank(text: &str, mut i: usize) -> usize {
-    loop {
-        let rest = &text[i..];
-        let blank = rest.len() - rest.trim_start().len();
-        i += blank;
-        let rest = &text[i..];
-        if rest.starts_with("//") {
-            i += rest.find('\n').unwrap_or(rest.len());
-        } else if rest.starts_with("/*") {
-            i += rest.find("*/").map_or(rest.len(), |at| at + 2);
-        } else {
-            return i;
-        }
-    }
-}
-
-/// Where a text in quotes ends that begins at a place, plain or raw (`r#".."#`).
-fn text_end(text: &str, start: usize) -> Option<usize> {
-    let rest = &text.as_bytes()[start..];
-    if rest.first() == Some(&b'"') {
-        let mut i = 1;
-        while i < rest.len() && rest[i] != b'"' {
-            i += 1 + usize::from(rest[i] == b'\\');
-        }
-        return Some((start + i + 1).min(text.len()));
-    }
-    let before = text.as_bytes()[..start].last();
-    let is_in_word =
-        before.is_some_and(|c| c.is_ascii_alphanumeric() || *c == b'_' || !c.is_ascii());
-    let marks = rest.strip_prefix(b"r").filter(|_| !is_in_word)?;
-    let marks = marks.iter().take_while(|c| **c == b'#').count();
-    let first = start + 1 + marks;
-    if text.as_bytes().get(first) != Some(&b'"') {
-        return None;
-    }
-    let closing = format!("\"{}", "#".repeat(marks));
-    let end = text[first + 1..].find(&closing);
-    Some(end.map_or(text.len(), |end| first + 1 + end + closing.len()))
-}
-
-/// Where a byte of a text stands in what the document says for it, quotes and escapes included.
-fn offset_in_text(written: &str, byte: usize) -> Option<usize> {
-    if written.starts_with('r') {
-        let open = written.find('"')? + 1;
-        return (open + byte < written.len()).then_some(open + byte);
-    }
-    let body = written.strip_prefix('"')?;
-    let (mut i, mut meant) = (0, 0);
-    while meant < byte {
-        let first = body[i..].chars().next()?;
-        if first != '\\' {
-            (i, meant) = (i + first.len_utf8(), meant + first.len_utf8());
-            continue;
-        }
-        let escape = &body[i + 1..];
-        let (written, value) = match escape.chars().next()? {
-            'x' => (3, u32::from_str_radix(escape.get(1..3)?, 16).ok()?),
-            'u' => {
-                let end = escape.find('}')?;
-                (end + 1, u32::from_str_radix(escape.get(2..end)?, 16).ok()?)
-            }
-            other => (other.len_utf8(), 0),
-        };
-        i += 1 + written;
-        meant += char::from_u32(value)?.len_utf8();
-    }
-    Some(1 + i)
-}
-
-/// Where a value ends: at a comma or a closing bracket of the structure around it.
-fn value_end(text: &str, start: usize) -> usize {
-    let bytes = text.as_bytes();
-    let mut depth = 0;
-    let mut i = start;
-    while i < bytes.len() {
-        if let Some(end) = text_end(text, i) {
-            i = end;
-            continue;
-        }
-        match bytes[i] {
-            b'/' if bytes.get(i + 1) == Some(&b'/') || bytes.get(i + 1) == Some(&b'*') => {
-                i = skip_blank(text, i);
-                continue;
-            }
-            b'(' | b'[' | b'{' => depth += 1,
-            b')' | b']' | b'}' if depth == 0 => return i,
-            b')' | b']' | b'}' => depth -= 1,
-            b',' if depth == 0 => return i,
-            _ => {}
-        }
-        i += 1;
-    }
-    bytes.len()
+    Index::new(text).field(field)
 }
 
 #[cfg(test)]
@@ -392,13 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_are_found_and_set() {
-        let text = "K(a: 1, /* b: 9 */ b: (x: \"),\", y: [1, 2]), c: E(4) )";
-        let at = |field: &str| field_span(text, field).map(|span| &text[span]);
-        assert_eq!(at("a"), Some("1"));
-        assert_eq!(at("b"), Some("(x: \"),\", y: [1, 2])"));
-        assert_eq!(at("c"), Some("E(4)"));
-        assert_eq!(at("x"), None);
+    fn fields_are_set() {
         let mut document = Document::parse("Graph(nodes: {\"n\": K(a: 1), \"m\": K()})").unwrap();
         document.set("n", "a", "2").unwrap();
         document.set("n", "b", "3").unwrap();
@@ -406,21 +235,6 @@ mod tests {
         assert_eq!(document.nodes[0].text, "K(a: 2, b: 3)");
         assert_eq!(document.nodes[1].text, "K( a: 4)");
         assert!(document.set("o", "a", "1").unwrap_err().contains("there is no node"));
-    }
-
-    #[test]
-    fn texts_are_passed_whole_and_their_bytes_found() {
-        let text = r###"K(a: r#"x("y)") // ,"#, b: "q\"\u{e9}(z", c: 3)"###;
-        let at = |field: &str| field_span(text, field).map(|span| &text[span]);
-        assert_eq!(at("a"), Some(r###"r#"x("y)") // ,"#"###));
-        assert_eq!(at("b"), Some(r#""q\"\u{e9}(z""#));
-        assert_eq!(at("c"), Some("3"));
-        let raw = at("a").unwrap();
-        assert_eq!(&raw[offset_in_text(raw, 4).unwrap()..][..2], ")\"");
-        // q"é(z: the z is byte 5.
-        let plain = at("b").unwrap();
-        assert_eq!(&plain[offset_in_text(plain, 5).unwrap()..], "z\"");
-        assert_eq!((offset_in_text(plain, 900), offset_in_text(raw, 900)), (None, None));
     }
 
     #[test]

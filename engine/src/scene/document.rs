@@ -6,7 +6,7 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use super::is_default;
 use super::material::Material;
@@ -73,6 +73,23 @@ impl Document {
                 Error::invalid(format!("the scene has no plan \"{name}\": it has {}", names()))
             }),
         }
+    }
+
+    /// Checks that names mean one thing: those of plans and of an object's children are unique, and objects have none
+    /// with a slash.
+    ///
+    /// # Errors
+    /// If one is there twice, or has a slash.
+    pub fn check_names(&self) -> Result<()> {
+        let mut plans = HashSet::new();
+        for plan in &self.plans {
+            if !plans.insert(plan.name.as_str()) {
+                return Err(Error::invalid(format!("two plans are called \"{}\"", plan.name)));
+            }
+            plan.root.check_names()?;
+            plan.definitions.values().try_for_each(Object::check_names)?;
+        }
+        Ok(())
     }
 
     /// The plan called `name`, to change it.
@@ -194,6 +211,24 @@ impl Object {
     pub fn of(mut self, material: impl Into<String>) -> Object {
         self.material = Some(material.into());
         self
+    }
+
+    fn check_names(&self) -> Result<()> {
+        let mut names = HashSet::new();
+        for child in &self.children {
+            let name = child.name.as_str();
+            if name.contains('/') {
+                return Err(Error::invalid(format!("the object name \"{name}\" has a slash")));
+            }
+            if !name.is_empty() && !names.insert(name) {
+                let of = &self.name;
+                return Err(Error::invalid(format!(
+                    "two objects in \"{of}\" are called \"{name}\""
+                )));
+            }
+            child.check_names()?;
+        }
+        Ok(())
     }
 
     /// The object's faces, to change them. A primitive becomes a list of faces first.

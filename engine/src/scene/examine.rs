@@ -137,7 +137,7 @@ fn middle(ring: &[DVec2]) -> DVec2 {
     ring.iter().sum::<DVec2>() / ring.len() as f64
 }
 
-fn edges(ring: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + Clone + '_ {
+pub(super) fn edges(ring: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + Clone + '_ {
     (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()]))
 }
 
@@ -192,7 +192,7 @@ fn meet(a: &[DVec2], b: &[DVec2]) -> bool {
 }
 
 /// Whether a point is inside a ring or on it.
-fn contains(ring: &[DVec2], p: DVec2) -> bool {
+pub(super) fn contains(ring: &[DVec2], p: DVec2) -> bool {
     if edges(ring).any(|edge| on_edge(p, edge)) {
         return true;
     }

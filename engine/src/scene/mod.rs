@@ -18,6 +18,7 @@ pub mod mesh;
 mod mesh_file;
 pub mod read;
 pub mod shape;
+mod shell;
 mod smooth;
 pub mod surfaces;
 

@@ -29,6 +29,11 @@ pub struct ReadScene {
     pub crease: Option<f64>,
     /// Whether surfaces show their pictures: `false` for scenes whose pictures are not at hand.
     pub pictures: Option<bool>,
+    /// The level of detail in which a city's buildings are shown, such as 1 or 2.2: a building and its parts in one,
+    /// or in the nearest coarser level that they have. A whole number means its finest refinement too (2.2 for 2).
+    /// Absent, each building's finest.
+    #[schemars(range(min = 0.0, max = 9.0))]
+    pub lod: Option<f64>,
     /// A name for the scene in messages and object names. Absent, the file's path.
     pub name: Option<String>,
 }
@@ -44,9 +49,9 @@ impl Node for ReadScene {
     }
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Scene> {
-        let ReadScene { file, plan, unit, up, origin, crease, pictures, name } = self;
+        let ReadScene { file, plan, unit, up, origin, crease, pictures, lod, name } = self;
         let (unit, up, origin, crease, pictures) = (*unit, *up, *origin, *crease, *pictures);
-        let options = ReadOptions { unit, up, origin, crease, pictures };
+        let options = ReadOptions { unit, up, origin, crease, pictures, lod: *lod };
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.resolve(inputs), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));

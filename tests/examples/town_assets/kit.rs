@@ -5,6 +5,7 @@ use spandrel_engine::color::Color;
 use spandrel_engine::fragment::Optics;
 use spandrel_engine::scene::shape::Patch;
 use spandrel_engine::scene::{Document, Material, Mesh, Object, Plan, Shape, Step};
+use std::collections::HashMap;
 
 pub(crate) fn document(
     materials: &[(&str, &str)],
@@ -25,14 +26,29 @@ pub(crate) fn document(
         }
         document.materials.insert((*name).to_owned(), material);
     }
-    let root = Object { children, ..Object::default() };
+    let mut root = Object { children, ..Object::default() };
+    number(&mut root);
     let mut plan = Plan { name: "town".to_owned(), root, ..Plan::default() };
-    for object in definitions {
+    for mut object in definitions {
+        number(&mut object);
         let name = object.name.clone();
         plan.definitions.insert(name, Object { name: String::new(), ..object });
     }
     document.plans.push(plan);
     document
+}
+
+/// Numbers those of an object's children that have one name, from the second on.
+fn number(object: &mut Object) {
+    let mut counts: HashMap<String, usize> = HashMap::new();
+    for child in &mut object.children {
+        number(child);
+        let count = counts.entry(child.name.clone()).or_insert(0);
+        *count += 1;
+        if *count > 1 && !child.name.is_empty() {
+            child.name = format!("{} {count}", child.name);
+        }
+    }
 }
 
 pub(crate) fn mm(v: f64) -> f64 {

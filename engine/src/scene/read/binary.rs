@@ -20,7 +20,7 @@ const HEADER: usize = 56;
 /// Parses a binary scene.
 ///
 /// # Errors
-/// If the file is not a binary scene, of another version, truncated, or damaged.
+/// If the file is not a binary scene, of another version, truncated, or damaged, or names in it mean two things.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
     let Some((header, body)) = bytes.split_at_checked(HEADER).filter(|(h, _)| h.starts_with(MAGIC))
     else {
@@ -49,7 +49,10 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
     if blake3::hash(body).as_bytes() != &header[24..56] {
         return Err(Error::at_byte(path, 24, "the checksum is wrong: the file is damaged"));
     }
-    rmp_serde::from_slice(body).map_err(|e| Error::at_byte(path, HEADER as u64, e.to_string()))
+    let document: Document = rmp_serde::from_slice(body)
+        .map_err(|e| Error::at_byte(path, HEADER as u64, e.to_string()))?;
+    document.check_names().map_err(|e| Error::in_file(path, e.to_string()))?;
+    Ok(document)
 }
 
 /// A document as a binary scene.

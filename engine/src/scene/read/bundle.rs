@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::super::document::{Document, VERSION};
-use super::{ReadOptions, Reading};
+use super::{Placed, ReadOptions, Reading};
 use crate::error::{Error, Result};
 use crate::fragment::Origin;
 use crate::key::Key;
@@ -108,7 +108,9 @@ fn unpack(origin: &Origin, contents: &[u8], how: &How, label: &str) -> Result<Sc
         return Err(fault(format!("scene version {version}: this program reads {VERSION}")));
     }
     let file = |(path, how, key, document): (PathBuf, String, Key, Document)| {
-        ((path, how), Reading { document: Arc::new(document), key, notes: Vec::new() })
+        let document = Arc::new(document);
+        let (notes, about) = (Vec::new(), Vec::new());
+        ((path, how), Reading { document, key, notes, about, placed: Placed::Same })
     };
     let files = bundle.files.into_iter().map(file).collect();
     let Bundle { document, directory, key, .. } = bundle;

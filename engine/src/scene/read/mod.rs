@@ -6,7 +6,7 @@
 //! | Wavefront | `.obj` (+ `.mtl`) | y | 1 m | polygons stay polygons; objects, groups, vertex colours; textures by reference |
 //! | Stanford | `.ply` | y | 1 m | text and both binary forms |
 //! | Stereolithography | `.stl` | z | 1 mm | text and binary; the vertices of triangles are shared |
-//! | CityJSON 1.0 to 2.0 | `.json` | z | 1 m | interior rings become holes; textures by reference |
+//! | CityJSON 1.0 to 2.0 | `.json`, `.jsonl` by lines | z | 1 m | interior rings become holes; textures by reference |
 //! | CityGML 1.0 to 3.0 | `.gml`, `.xml` | z | 1 m | as CityJSON; positions in degrees are laid on a plane |
 //! | own, text | `.ron` | y | 1 m | the whole model; see [`text`] |
 //! | own, binary | `.scene` | y | 1 m | the whole model; see [`binary`] |
@@ -32,12 +32,14 @@ mod stl;
 pub mod text;
 mod words;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::document::{Document, Step};
+use super::document::{Document, Step, Transform};
 use super::domains::{Define, Domains};
 use super::flat::Scene;
 use super::shape::Shape;
@@ -69,6 +71,10 @@ pub struct ReadOptions {
     pub crease: Option<f64>,
     /// Whether surfaces show their pictures; they do if nothing is said.
     pub pictures: Option<bool>,
+    /// The level of detail in which a city's buildings are shown, such as 1 or 2.2, or the nearest coarser one that a
+    /// building has. A whole number means the finest of its refinements too. Absent, each building's finest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lod: Option<f64>,
 }
 
 /// What was read from a file.
@@ -80,6 +86,36 @@ pub struct Reading {
     pub key: Key,
     /// What is doubtful in the file and was taken as well as could be.
     pub notes: Vec<String>,
+    /// What `info` tells of the file beside its contents, such as its levels of detail.
+    pub about: Vec<String>,
+    /// How the file's space became the world.
+    placed: Placed,
+}
+
+/// How a file's space became the world.
+#[derive(Clone, Debug, Default)]
+enum Placed {
+    /// As it was.
+    #[default]
+    Same,
+    /// By steps.
+    By(Transform),
+    /// From degrees, around a latitude, longitude and height.
+    Around([f64; 3]),
+}
+
+impl Reading {
+    /// The point of the file's own space that lies at a point of the world, as [`ReadOptions::origin`] takes it. For
+    /// a file in degrees, it is right at the height of the point above the origin that it was read around.
+    pub fn in_file(&self, world: DVec3) -> [f64; 3] {
+        match &self.placed {
+            Placed::Same => world.to_array(),
+            Placed::By(steps) => steps.to_matrix().inverse().transform_point3(world).to_array(),
+            Placed::Around([latitude, longitude, height]) => {
+                [*latitude, *longitude, height + world.y]
+            }
+        }
+    }
 }
 
 /// A file being read: its bytes, those of files that it names, and remarks.
@@ -87,6 +123,11 @@ struct Reader {
     path: PathBuf,
     key: KeyHasher,
     notes: Vec<String>,
+    about: Vec<String>,
+    /// Whether what needs time is found too.
+    examines: bool,
+    /// Where the file has degrees, the origin on the plane that it is laid on.
+    degrees: Option<[f64; 3]>,
 }
 
 /// What a format says where the options do not.
@@ -103,20 +144,32 @@ const METRES: Space = Space { unit: 1.0, up: Axis::Y };
 /// If the file cannot be read, its format is unknown, or its contents are faulty; the error names the
 /// file and the place in it.
 pub fn document(path: &Path, options: &ReadOptions) -> Result<Reading> {
+    read(Reader::new(path), path, options)
+}
+
+/// The same, and what is wrong with it that needs time to find, in [`about`](Reading::about).
+///
+/// # Errors
+/// As [`document`].
+pub fn examined(path: &Path, options: &ReadOptions) -> Result<Reading> {
+    read(Reader { examines: true, ..Reader::new(path) }, path, options)
+}
+
+fn read(mut reader: Reader, path: &Path, options: &ReadOptions) -> Result<Reading> {
     check(options)?;
     let mut options = *options;
-    let mut reader = Reader::new(path);
     reader.key.bytes(format!("{options:?}").as_bytes());
     let bytes = reader.bytes(path)?;
     // Whatever breaks in a reader, or in a library behind it, is the file's fault.
     let read = open::guarded(|| reader.read(&bytes, &mut options));
     let (mut document, space) = read.unwrap_or_else(|broke| Err(Error::in_file(path, broke)))?;
-    place(&mut document, &options, &space);
+    let steps = place(&mut document, &options, &space);
     if let Some(angle) = options.crease {
         smooth(&mut document, angle);
     }
-    let Reader { key, notes, .. } = reader;
-    Ok(Reading { document: Arc::new(document), key: key.finish(), notes })
+    let Reader { key, notes, about, degrees, .. } = reader;
+    let placed = degrees.map_or(Placed::By(Transform(steps)), Placed::Around);
+    Ok(Reading { document: Arc::new(document), key: key.finish(), notes, about, placed })
 }
 
 /// Reads a scene file and makes a plan of it ready.
@@ -157,14 +210,17 @@ fn check(options: &ReadOptions) -> Result<()> {
     if options.crease.is_some_and(|angle| !(0.0..=180.0).contains(&angle)) {
         return Err(Error::invalid("`crease` is an angle: 0 to 180 degrees"));
     }
+    if options.lod.is_some_and(|lod| !(0.0..=9.0).contains(&lod)) {
+        return Err(Error::invalid("`lod` is a level of detail: 0 to 9, such as 2 or 2.2"));
+    }
     if options.origin.is_some_and(|origin| origin.iter().any(|v| !v.is_finite())) {
         return Err(Error::invalid("`origin` has a number that is not finite"));
     }
     Ok(())
 }
 
-/// Brings the file's space to metres, y up, by the root objects' transforms.
-fn place(document: &mut Document, options: &ReadOptions, space: &Space) {
+/// Brings the file's space to metres, y up, by the root objects' transforms; returns the steps.
+fn place(document: &mut Document, options: &ReadOptions, space: &Space) -> Vec<Step> {
     let mut steps = Vec::new();
     if let Some([x, y, z]) = options.origin {
         steps.push(Step::Move(-x, -y, -z));
@@ -179,6 +235,7 @@ fn place(document: &mut Document, options: &ReadOptions, space: &Space) {
     for plan in &mut document.plans {
         plan.root.transform.0.extend_from_slice(&steps);
     }
+    steps
 }
 
 fn smooth(document: &mut Document, angle: f64) {
@@ -196,7 +253,14 @@ fn smooth(document: &mut Document, angle: f64) {
 
 impl Reader {
     fn new(path: &Path) -> Reader {
-        Reader { path: path.to_owned(), key: KeyHasher::new("scene file"), notes: Vec::new() }
+        Reader {
+            path: path.to_owned(),
+            key: KeyHasher::new("scene file"),
+            notes: Vec::new(),
+            about: Vec::new(),
+            examines: false,
+            degrees: None,
+        }
     }
 
     /// Reads the file's contents by their format.
@@ -212,7 +276,7 @@ impl Reader {
             Format::Obj => (obj::read(self, &text)?, METRES),
             Format::Ply => (ply::read(self, bytes)?, METRES),
             Format::Stl => (stl::read(self, bytes)?, Space { unit: 0.001, up: Axis::Z }),
-            Format::CityJson => (cityjson::read(self, text.as_bytes())?, city),
+            Format::CityJson => (cityjson::read(self, text.as_bytes(), options.lod)?, city),
             Format::CityGml => (citygml::read(self, text.as_bytes(), options)?, city),
             Format::Text => (text::parse(&self.path, text.as_bytes())?, METRES),
             Format::Binary => (binary::parse(&self.path, bytes)?, METRES),
@@ -261,15 +325,45 @@ impl Reader {
     }
 }
 
+/// Something that is left out or changed: how often, and the first.
+#[derive(Default)]
+struct LeftOut {
+    count: usize,
+    first: String,
+}
+
+impl LeftOut {
+    fn add(&mut self, which: impl FnOnce() -> String) {
+        if self.count == 0 {
+            self.first = which();
+        }
+        self.count += 1;
+    }
+
+    /// Remarks on it, if it happened.
+    fn tell(&self, reader: &mut Reader, what: &str) {
+        if self.count > 0 {
+            reader.note(format!("{} {what}; the first: {}", self.count, self.first));
+        }
+    }
+}
+
 /// Makes names of siblings unique by numbering those that repeat.
 #[derive(Default)]
-struct Names(std::collections::HashMap<String, u32>);
+struct Names {
+    counts: HashMap<String, u32>,
+    taken: HashSet<String>,
+}
 
 impl Names {
     fn unique(&mut self, name: &str) -> String {
         let name = name.trim().replace('/', "_");
-        let count = self.0.entry(name.clone()).or_insert(0);
-        *count += 1;
-        if *count == 1 { name } else { format!("{name}#{count}") }
+        let mut unique = name.clone();
+        while !self.taken.insert(unique.clone()) {
+            let count = self.counts.entry(name.clone()).or_insert(1);
+            *count += 1;
+            unique = format!("{name}#{count}");
+        }
+        unique
     }
 }

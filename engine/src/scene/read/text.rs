@@ -18,31 +18,37 @@
 //! )
 //! ```
 
+use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::Path;
 
 use super::super::document::{Document, VERSION};
 use crate::error::{Error, Result};
 use crate::open;
-use crate::text::{options, wording};
+use crate::text::{Diagnostic, Faults, Index, list, nearest, options, parse};
 
 /// Parses a scene text.
 ///
 /// # Errors
-/// If the bytes are no text, not RON, or not a scene; with line and column.
+/// If the bytes are no text, not RON, or not a scene: all that is wrong, with the places.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
     let text = &*open::text(path, bytes)?.text;
-    let document: Document = options().from_str(text).map_err(|e| {
-        let at = e.span.start;
-        let line = text.lines().nth(at.line.saturating_sub(1)).unwrap_or("");
-        let rest =
-            line.char_indices().nth(at.col.saturating_sub(1)).map_or("", |(i, _)| &line[i..]);
-        let said = wording(&e.code, rest);
-        let message = match said.help {
-            Some(help) => format!("{}: {help}", said.message),
-            None => said.message,
-        };
-        Error::at_line(path, at.line, at.col, message)
-    })?;
+    let read = |text: &str| options().from_str::<Document>(text);
+    let parse::Parsed { value, mut faults, .. } = parse::parse(text, read);
+    let index = Index::new(text);
+    faults.extend(parse::doubles(&index));
+    faults.extend(parse::numbers(&index));
+    if let Some(document) = &value {
+        faults.extend(names(document, &index));
+    }
+    faults.sort_by_key(|fault| fault.span.start);
+    let document = match value {
+        Some(document) if faults.is_empty() => document,
+        _ => {
+            let faults = Faults { path: path.to_owned(), text: text.to_owned(), list: faults };
+            return Err(Error::Text(Box::new(faults)));
+        }
+    };
     if document.version != VERSION {
         return Err(Error::in_file(
             path,
@@ -52,11 +58,43 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
     Ok(document)
 }
 
+/// Names that mean nothing: of materials and definitions that are not there, and of objects with a slash.
+fn names(document: &Document, index: &Index<'_>) -> Vec<Diagnostic> {
+    let materials: BTreeSet<&str> = document.materials.keys().map(String::as_str).collect();
+    let plans = document.plans.iter();
+    let definitions = plans.flat_map(|plan| plan.definitions.keys().map(String::as_str)).collect();
+    let fault = |(key, place): (&str, Range<usize>)| {
+        let name: String = ron::from_str(&index.text()[place.clone()]).ok()?;
+        let (known, what): (&BTreeSet<&str>, _) = match key {
+            "material" | "materials" | "table" => (&materials, "material"),
+            "Instance" => (&definitions, "definition"),
+            "name" if name.contains('/') => {
+                let fault = Diagnostic::error(place, format!("the name \"{name}\" has a slash"));
+                let help =
+                    "a `/` parts the names of a path, such as \"house/roof\": write another mark";
+                return Some(fault.help(help));
+            }
+            _ => return None,
+        };
+        if known.contains(name.as_str()) {
+            return None;
+        }
+        let fault =
+            Diagnostic::error(place, format!("there is no {what} \"{name}\"")).label("unknown");
+        Some(match nearest(&name, known.iter().copied()) {
+            Some(near) => fault.help(format!("did you mean \"{near}\"?")),
+            None => fault.help(format!("the scene has {}", list(known.iter().copied()))),
+        })
+    };
+    index.texts().filter_map(fault).collect()
+}
+
 /// Writes a document as text that [`parse`] reads back to an equal document.
 ///
 /// # Errors
-/// If a number is not finite.
+/// If a number is not finite, or a name means two things.
 pub fn write(document: &Document) -> Result<String> {
+    document.check_names()?;
     let pretty = ron::ser::PrettyConfig::new().struct_names(false).depth_limit(12).indentor("  ");
     let mut text = options()
         .to_string_pretty(document, pretty)

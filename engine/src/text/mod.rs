@@ -1,4 +1,17 @@
-//! The text of the project's own files, RON; names, and what is said of wrong ones.
+//! The text of the project's own files, RON: where everything stands in it ([`index`]), reading it with all faults at
+//! once ([`parse`]), what is said of them, and how they are shown ([`Diagnostic`]); names, and what is said of wrong
+//! ones.
+
+pub mod diagnostic;
+pub mod index;
+pub mod parse;
+mod token;
+mod wording;
+
+pub use diagnostic::{Diagnostic, Faults, Severity};
+pub use index::Index;
+pub(crate) use token::offset_in_text;
+use wording::Wording;
 
 /// The extensions of RON that all of them may use: `Some(x)` may be written `x`, and what wraps one
 /// value is left out.
@@ -9,79 +22,6 @@ pub fn options() -> ron::Options {
             | Extensions::UNWRAP_NEWTYPES
             | Extensions::UNWRAP_VARIANT_NEWTYPES,
     )
-}
-
-/// What is wrong with a text, in the words of its users.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Wording {
-    /// What is wrong.
-    pub message: String,
-    /// What stands at the blamed place.
-    pub label: &'static str,
-    /// The cure.
-    pub help: Option<String>,
-}
-
-/// The words for an error of the RON library; `rest` is the text from the blamed place on.
-pub fn wording(error: &ron::Error, rest: &str) -> Wording {
-    use ron::Error as E;
-    let words = |message: String| Wording { message, label: "", help: None };
-    let unknown = |message: String, name: &str, known: &[&'static str]| Wording {
-        message,
-        label: "unknown",
-        help: Some(match nearest(name, known.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("known are {}", list(known.iter().copied())),
-        }),
-    };
-    let helped = |message: &str, help: &str| Wording {
-        help: Some(help.to_owned()),
-        ..words(message.to_owned())
-    };
-    match error {
-        E::NoSuchStructField { expected, found, outer } => {
-            let of = outer.as_deref().unwrap_or("this");
-            unknown(format!("{of} has no field `{found}`"), found, expected)
-        }
-        E::NoSuchEnumVariant { expected, found, .. } => {
-            unknown(format!("`{found}` is not one of the choices"), found, expected)
-        }
-        E::DuplicateStructField { field, .. } => {
-            Wording { label: "the second", ..words(format!("the field `{field}` is given twice")) }
-        }
-        E::MissingStructField { field, .. } => words(format!("the field `{field}` is missing")),
-        E::InvalidValueForType { expected, found } => {
-            Wording { label: "wrong type", ..words(format!("expected {expected}, found {found}")) }
-        }
-        E::ExpectedStructLike | E::ExpectedNamedStructLike(_) => {
-            words("expected values in parentheses".to_owned())
-        }
-        E::ExpectedDifferentStructName { expected, found } => Wording {
-            help: (found == "Scene")
-                .then(|| "a scene is shown by a graph: name it in a Scanline node".to_owned()),
-            ..words(format!("expected a `{expected}`, found a `{found}`"))
-        },
-        E::ExpectedFloat | E::ExpectedInteger => words("expected a number".to_owned()),
-        E::ExpectedBoolean => words("expected true or false".to_owned()),
-        E::ExpectedString => words("expected a text in quotes, such as \"sun\"".to_owned()),
-        E::ExpectedArray => words("expected a list, such as [1, 2]".to_owned()),
-        E::ExpectedMap => words("expected a map, such as {\"name\": 1}".to_owned()),
-        E::IntegerOutOfBounds => {
-            words("this whole number is out of range, or must not be negative".to_owned())
-        }
-        E::ExpectedIdentifier
-            if rest.trim_start().starts_with(['"', '.', '-', '+'])
-                || rest.trim_start().starts_with(|c: char| c.is_ascii_digit()) =>
-        {
-            words("expected one of the choices, by name".to_owned())
-        }
-        E::ExpectedIdentifier => {
-            helped("expected a name here", "perhaps a `)`, `]` or `,` is missing before it")
-        }
-        E::ExceededRecursionLimit => words("nested too deeply".to_owned()),
-        E::Eof => helped("the text ends too soon", "a closing `)`, `]`, `}` or `\"` is missing"),
-        other => words(other.to_string()),
-    }
 }
 
 /// The name that was probably meant: the nearest by edits, if it is near.
