@@ -363,6 +363,10 @@ impl<'b> Encoded<'b> {
             return Ok(texels);
         }
         let (image, _) = self.image(&Select::color(), Some(NotFinite::Refuse))?;
+        // The whole of what is displayed, of which a file may hold a corner: four floats to a pixel, twice.
+        let [width, height] = [image.size.0, image.size.1].map(u64::from);
+        let bytes = width.saturating_mul(height).saturating_mul(32);
+        check_largest(&self.path, [width, height], bytes)?;
         let image = image.whole();
         Ok(Texels { size: image.size, samples: Mapped::Linear(image.pixels().collect()) })
     }

@@ -11,6 +11,7 @@
 //! | `wrapS`, `wrapT`, or a texture's `sampler` | `REPEAT` | the mapping's `wrap` |
 //! | `scale` of normals, `strength` of occlusion | 1 | the map's `strength` |
 //! | `texCoord` | 0 | which coordinates the mesh keeps; all pictures of a material lie by the same |
+//! | `KHR_materials_pbrSpecularGlossiness` | all of it 1 | instead of the three above: `reflectance` is the grey of what is mirrored; without a diffuse colour, a metal |
 //! | `KHR_materials_ior` | 1.5 | `reflectance`, and the `index` of optics |
 //! | `KHR_materials_transmission` | 0 | `optics`: what is let through, tinted by the colour, instead of being sent back |
 //! | `KHR_materials_volume` | no thickness: a thin pane | a body: its optics bend light by the index, and absorb |

@@ -62,6 +62,10 @@ impl Builder<'_> {
                     extensions::cure(name)
                 )));
             }
+            // What is wrong with its indices is wrong all the same.
+            if let Some(indices) = indices.filter(Values::has_data) {
+                self.corners(&positions, Some(&indices))?;
+            }
             self.reader.note(format!("{what} has no data: all its points are one, it is left out"));
             return Ok(Mesh::default());
         }
