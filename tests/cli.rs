@@ -367,7 +367,7 @@ fn pictures_are_compared_channel_by_channel() {
     assert_eq!(code(&["a.exr", "c.exr", "--tolerance", "1"]), Some(0));
     // A PNG has 8 bits.
     assert_eq!(code(&["a.exr", "d.png"]), Some(1));
-    assert_eq!(code(&["a.exr", "d.png", "--tolerance", "0.005"]), Some(0));
+    assert_eq!(code(&["a.exr", "d.png", "--tolerance", "0.01"]), Some(0));
     assert_eq!(code(&["a.exr", "e.exr"]), Some(1));
     assert_eq!(code(&["a.exr", "g.ron"]), Some(4));
 }
@@ -529,11 +529,9 @@ fn faults_at_letters_of_any_length_are_told() {
         for body in bodies {
             let text = GRAPH.replace("\"file\"", &format!("{body},\n\"file\""));
             std::fs::write(folder.0.join("l.ron"), text).unwrap();
-            for command in ["check"] {
-                let ran = folder.run(&[command, "l.ron"]);
-                assert!(ran.code.is_some_and(|code| code != 101), "{command} {body}: {ran:?}");
-                assert!(ran.code == Some(0) || !ran.err.is_empty(), "{command} {body}: {ran:?}");
-            }
+            let ran = folder.run(&["check", "l.ron"]);
+            assert!(ran.code.is_some_and(|code| code != 101), "{body}: {ran:?}");
+            assert!(ran.code == Some(0) || !ran.err.is_empty(), "{body}: {ran:?}");
         }
         for argument in [
             format!("p{letter}.size=3"),

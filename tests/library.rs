@@ -117,7 +117,7 @@ const LAYERS: [(&str, &[&str]); 30] = [
     ("output", &["error"]),
     ("text", &[]),
     ("machine", &[]),
-    ("open", &["error", "text"]),
+    ("open", &["error", "output", "text"]),
     ("color", &["math"]),
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),

@@ -206,7 +206,7 @@ fn pictures_that_are_no_panorama_are_refused() {
     let text = scratch("text.hdr");
     std::fs::write(&text, "no picture").unwrap();
     let fault = Error::from(sky(&text).lamp("", Path::new("")).unwrap_err()).to_string();
-    assert!(fault.contains("not a sound HDR"), "{fault}");
+    assert!(fault.contains("does not begin as a Radiance"), "{fault}");
     // Checked without its file, a light of a graph is sound.
     assert!(sky(&scratch("missing.exr")).check().is_ok());
 }

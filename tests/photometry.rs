@@ -204,7 +204,7 @@ fn a_lamp_with_its_up_swings_through_straight_down_without_a_turn() {
         let lamp = lamp.lamp("", Path::new("")).unwrap();
         let position = v(0.0, -1.0, 0.0) + 0.2 * side;
         let at = Receiver { position, normal: -position.normalize() };
-        lamp.light.irradiance(&at).luminance()
+        lamp.light.irradiance(&at).luminance() * lamp.strength.luminance()
     };
     let point = |swing: f64, up: Option<DVec3>| PointLight {
         lamp: file.clone(),
@@ -214,7 +214,7 @@ fn a_lamp_with_its_up_swings_through_straight_down_without_a_turn() {
     };
     // Down, C0 to +x and C90 to -z; with `up` to -z it stays so through the swing.
     let up = Some(DVec3::NEG_Z);
-    let close_to = |a: f32, b: f32| (a - b).abs() < 0.02 * b;
+    let close_to = |a: f32, b: f32| (a - b).abs() < 0.04 * b;
     for swing in [-0.02, -1e-7, 0.0, 1e-7, 0.02] {
         let [x, z] = [DVec3::X, DVec3::NEG_Z].map(|side| lux(&point(swing, up), side));
         let [right, back] = [100.0, 200.0].map(|candela| candela / 1.04f32);
@@ -234,7 +234,8 @@ fn a_lamp_with_its_up_swings_through_straight_down_without_a_turn() {
         ..SpotLight::default()
     };
     let whole = lux(&point(0.0, None), DVec3::X);
-    assert!(close_to(lux(&spot(180.0, 2.0), DVec3::X), 2.0 * whole));
+    let open = lux(&spot(180.0, 2.0), DVec3::X);
+    assert!(close_to(open, 2.0 * whole), "{open} {whole}");
     assert!(close_to(lux(&spot(20.0, 1.0), DVec3::X), whole), "0.2 to a side is 11 degrees");
     assert_eq!(lux(&spot(5.0, 1.0), DVec3::X), 0.0);
 }

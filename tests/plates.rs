@@ -62,7 +62,6 @@ fn any_layer_is_the_colour_that_is_asked_for() {
     assert_eq!(seen(""), [0.1, 0.1, 0.1, 1.0]);
     assert_eq!(seen(r#", layer: "diffuse""#), [0.2, 0.2, 0.2, 1.0]);
     assert_eq!(seen(r#", layer: "left.spec""#)[0], 0.3);
-    assert_eq!(seen(r#", layer: "Z""#)[..3], [7.0; 3], "a layer of one channel is grey");
     let error = read(folder, r#", layer: "difuse""#).unwrap_err();
     assert!(error.contains("a.exr") && error.contains("diffuse"), "{error}");
     // Part by part, as Gaffer and Nuke write them; an empty name; a part called rgba.
@@ -113,10 +112,10 @@ fn a_plate_with_less_than_its_display_is_a_plate() {
     });
     let ran = render(
         folder.path(),
-        r#""r": Read(file: "a.exr"), "g": Grade(image: "r", gain: 2), "w": Write(image: "g", path: "b.exr", bits: 32)"#,
+        r#""r": Read(file: "a.exr"), "g": Grade(image: "r", multiply: 2), "w": Write(image: "g", path: "b.exr", bits: 32)"#,
     );
     assert_eq!(ran.code, Some(0), "{ran:?}");
-    let made = file::read(&folder.path().join("b.exr")).unwrap();
+    let made = file::read(&folder.path().join("b.exr")).unwrap().whole();
     assert_eq!(made.size, (10, 6));
     for y in 0..6 {
         for x in 0..10 {
@@ -203,8 +202,8 @@ fn layers_of_light_sum_to_the_colour_whatever_is_done_to_it() {
     let all: Vec<(&str, f32)> = all.iter().map(|(name, v)| (name.as_str(), *v)).collect();
     write(&path, vec![part("", &all)], |_| {});
     for node in [
-        r#"Grade(image: "r", gain: 1.7)"#,
-        r#"Grade(image: "r", gamma: 2.2, offset: 0.03)"#,
+        r#"Grade(image: "r", multiply: 1.7)"#,
+        r#"Grade(image: "r", gamma: 2.2, add: 0.03)"#,
         r#"Blur(image: "r", radius: 0.1)"#,
         r#"Reformat(image: "r", size: (7, 5))"#,
     ] {
@@ -312,7 +311,7 @@ fn a_png_says_how_its_colours_are_coded() {
         file::read(&folder.path().join("a.png")).unwrap().rgba(1, 0)[0]
     };
     let v: f32 = 128.0 / 255.0;
-    let srgb = ((v + 0.055) / 1.055).powf(2.4);
+    let srgb = spandrel_engine::math::powf((v + 0.055) / 1.055, 2.4);
     assert!((seen(&[]) - srgb).abs() < 1e-5);
     assert!((seen(&[(b"sRGB", vec![0])]) - srgb).abs() < 1e-5);
     // gAMA: the power with which it was coded, times 100000. sRGB beside it counts for more.
@@ -341,18 +340,18 @@ fn headers_that_promise_too_much_are_errors_before_anything_is_taken() {
     }
     // A sound picture that is larger than is allowed says how large it is, how large it may be, and the cure.
     let sound = folder.join("sound.png");
-    image::GrayImage::from_pixel(1000, 1000, image::Luma([9])).save(&sound).unwrap();
+    image::GrayImage::from_pixel(3000, 3000, image::Luma([9])).save(&sound).unwrap();
     std::fs::write(
         folder.join("g.ron"),
         r#"Graph(nodes: {"p": Read(file: "sound.png"), "w": Write(image: "p", path: "a.png")})"#,
     )
     .unwrap();
-    let ran = run(PROGRAM, &["render", "g.ron", "--largest-picture", "100k"], folder);
-    for word in ["sound.png", "1000 by 1000", "--largest-picture"] {
+    let ran = run(PROGRAM, &["render", "g.ron", "--largest-picture", "1M"], folder);
+    for word in ["sound.png", "3000 by 3000", "--largest-picture"] {
         assert!(ran.err.contains(word), "{word}: {ran:?}");
     }
     assert_eq!(
-        run(PROGRAM, &["render", "g.ron", "--largest-picture", "10M"], folder).code,
+        run(PROGRAM, &["render", "g.ron", "--largest-picture", "500M"], folder).code,
         Some(0)
     );
 }

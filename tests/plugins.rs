@@ -41,7 +41,7 @@ fn graph(balls: &str, shader: &str, last: &str) -> String {
             "balls": {balls},
             "both": DepthMerge(inputs: ["boxes", "balls"]),
             "sun": ParallelLight(),
-            "lit": Illuminate(image: "both", lights: ["sun"], ambient: 0.2),
+            "lit": Illuminate(image: "both", lights: ["sun"], ambient: 0.2, shadows: Off),
             "last": {shader},
             "flat": Resolve(image: "last", size: (320, 240), lines: Sampled(8, Box)),
             "picture": {last},

@@ -160,7 +160,7 @@ fn texts_that_are_no_programs_are_told_where() {
         ("def f(a) { f(a) } f(1)", "f calls itself: functions cannot"),
         ("def f(a) { g(a) } def g(a) { f(a) } f(1)", "(f calls g calls f)"),
         ("smothstep(x, 0, 1)", "did you mean \"smoothstep\"?"),
-        ("obect('x')", "did you mean \"object\"?"),
+        ("noize(P)", "did you mean \"noise\"?"),
         ("color = colour;", "did you mean \"color\"?"),
         ("color = 1; // red", "line 1, column 12: a comment begins with #"),
         ("/* red */ 1", "a comment begins with #"),

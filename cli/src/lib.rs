@@ -61,6 +61,8 @@ pub fn run(registry: Registry) -> ExitCode {
         spandrel_engine::output::abandon();
         std::process::exit(130);
     });
+    // A picture on a surface is no place for the result.
+    spandrel_engine::output::keep_inputs();
     if let Some(bytes) = args.largest_picture {
         spandrel_engine::image::file::set_largest(bytes as u64);
     }

@@ -31,6 +31,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>> {
         }
         _ => Error::file(path, error),
     })?;
+    crate::output::keep(path);
     if bytes.is_empty() {
         return Err(Error::in_file(path, "the file is empty: was it copied or downloaded whole?"));
     }
@@ -43,7 +44,13 @@ pub fn beside(path: &Path) -> Option<String> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
     let names = entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned());
-    let names: Vec<String> = names.collect();
+    // A file of another kind is not meant, though it may be called the same.
+    let ending = |name: &str| name.rsplit_once('.').map(|(_, ending)| ending.to_owned());
+    let is_kin = |other: &String| match (ending(&name), ending(other)) {
+        (Some(own), Some(other)) => nearest(&own, [other.as_str()]).is_some(),
+        _ => true,
+    };
+    let names: Vec<String> = names.filter(is_kin).collect();
     nearest(&name, names.iter().map(String::as_str)).map(str::to_owned)
 }
 
@@ -87,15 +94,15 @@ pub fn text<'b>(path: &Path, bytes: &'b [u8]) -> Result<Text<'b>> {
     } else {
         text
     };
-    let is_control = |c: char| matches!(c, '\0'..='\x08' | '\x0e'..='\x1f') && c != '\x1b';
-    if let Some((at, c)) = text.char_indices().find(|(_, c)| is_control(*c)) {
+    let is_control = |byte: u8| matches!(byte, 0..=0x08 | 0x0e..=0x1f) && byte != 0x1b;
+    if let Some(at) = text.bytes().position(is_control) {
         if let Some(kind) = kind(bytes) {
             return Err(Error::in_file(path, format!("it is {kind}, not text")));
         }
         let before = &text[..at];
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().map_or(0, |rest| rest.chars().count()) + 1;
-        let message = format!("not text: it has a character {:#04x}", c as u32);
+        let message = format!("not text: it has a character {:#04x}", text.as_bytes()[at]);
         return Err(Error::at_line(path, line, column, message));
     }
     Ok(Text { text, note })
@@ -162,7 +169,7 @@ fn windows_1252(byte: u8) -> char {
 /// What a file is, by its first bytes, in the words of an error: "a PNG picture"; `None` if they say nothing.
 pub fn kind(bytes: &[u8]) -> Option<&'static str> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let starts: [(&[u8], &str); 36] = [
+    let starts: [(&[u8], &str); 35] = [
         (b"\x89PNG\r\n\x1a\n", "a PNG picture"),
         (b"\xff\xd8\xff", "a JPEG picture"),
         (b"\x76\x2f\x31\x01", "an OpenEXR picture"),
@@ -198,7 +205,6 @@ pub fn kind(bytes: &[u8]) -> Option<&'static str> {
         (b"\x28\xb5\x2f\xfd", "compressed by zstd"),
         (b"%PDF", "a PDF document"),
         (b"IESNA", "a lamp's photometry (IES)"),
-        (b"<!DOCTYPE html", "a web page"),
     ];
     if let Some((_, name)) = starts.iter().find(|(start, _)| bytes.starts_with(start)) {
         return Some(name);
@@ -210,8 +216,11 @@ pub fn kind(bytes: &[u8]) -> Option<&'static str> {
         }
         [_, _, _, _, b'f', b't', b'y', b'p', b'h' | b'm', ..] => Some("a HEIF picture"),
         [b'B', b'M', _, _, _, _, 0, 0, 0, 0, ..] => Some("a BMP picture"),
-        _ if bytes.starts_with(b"<html") => Some("a web page"),
-        _ => None,
+        _ => {
+            let start = bytes[..bytes.len().min(14)].to_ascii_lowercase();
+            let is_page = start.starts_with(b"<!doctype html") || start.starts_with(b"<html");
+            is_page.then_some("a web page")
+        }
     }
 }
 

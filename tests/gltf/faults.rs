@@ -183,6 +183,11 @@ fn a_byte_order_mark_and_zeros_behind_the_json_are_no_part_of_it() {
     json["buffers"] = json!([{"byteLength": made.bytes.len()}]);
     let text = serde_json::to_vec(&json).unwrap();
     sound(&glb(&[&text[..], b"\0\0\0\0\0"].concat(), &made.bytes));
+    // A file that is not there is told with the one that names it.
+    json["buffers"] = json!([{"byteLength": made.bytes.len(), "uri": "nowhere.bin"}]);
+    std::fs::write(&path, json.to_string()).unwrap();
+    let error = read::document(&path, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("nowhere.bin") && error.contains("a.gltf"), "{error}");
     // What is wrong in the text is told with its place.
     std::fs::write(&path, "{\"asset\": {\"version\": \"2.0\"},\n \"nodes\": [{\"mesh\": \"x\"}]}")
         .unwrap();

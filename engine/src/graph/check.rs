@@ -13,7 +13,7 @@ use super::node::{AnyNode, is_file};
 use super::registry::{Kind, Registry};
 use crate::error::{Error, Result};
 use crate::text::index::{Index, Item};
-use crate::text::parse;
+use crate::text::{meant_path, parse};
 
 /// A checked graph: every node parsed, every link resolved and of the right type, without cycles.
 pub struct Graph {
@@ -155,6 +155,13 @@ impl Check<'_> {
             let field = index.fields().find(holds).map_or("this", |(name, _)| name);
             let message = format!("`{field}`: {}", parse::NOT_FINITE);
             self.faults.push(Diagnostic::error(raw.place(number.clone()), message));
+        }
+        for (_, place) in index.texts() {
+            if let Some(cure) = meant_path(&raw.text[place.clone()]) {
+                let message = "a backslash of this path stands for a control letter";
+                let fault = Diagnostic::error(raw.place(place), message);
+                self.faults.push(fault.help(format!("in a path write `/`: {cure}")));
+            }
         }
         let from = self.nodes.len();
         let (mut files, mut writes) = (Vec::new(), Vec::new());

@@ -12,7 +12,9 @@ use super::raster::{self, Raster};
 use super::texels::{Samples as Mapped, Texels};
 use super::{Image, Samples, Window, exr, is_layer_of_light, png};
 use crate::error::{Error, Result};
-use crate::{open, output, text};
+use crate::open;
+use crate::output;
+use crate::text;
 
 pub use super::exr::{Layer, Layers, Select};
 
@@ -163,10 +165,10 @@ pub fn write(image: &Image, path: &Path, bits: Option<u32>) -> Result<u64> {
     write_as(image, path, bits, false)
 }
 
-/// As [`write`]; colours of 8 bits are dithered by less than half a step, if they are to be.
+/// As [`write()`]; colours of 8 bits are dithered by less than half a step, if they are to be.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_as(image: &Image, path: &Path, bits: Option<u32>, is_dithered: bool) -> Result<u64> {
     let format = Format::of(path)?;
     let depth = format.bits(bits).map_err(|e| Error::output(path, e))?;

@@ -68,6 +68,19 @@ fn fits(pattern: &str, name: &str) -> bool {
     rest.len() >= last.len() && rest.ends_with(last)
 }
 
+/// What was meant by a text of a document, quotes included, that looks like a path with backslashes, of which some
+/// became control letters: `"maps\\new.png"` has a line end in it.
+pub fn meant_path(written: &str) -> Option<String> {
+    let meant: String = ron::from_str(written).ok()?;
+    let (_, ending) = meant.rsplit_once('.')?;
+    let is_ending =
+        (1..=5).contains(&ending.len()) && ending.bytes().all(|b| b.is_ascii_alphanumeric());
+    let is_path =
+        is_ending && meant.contains(['\n', '\t', '\r', '\0']) && !meant.contains([' ', ';', '=']);
+    let is_one_line = written.starts_with('"') && !written.contains('\n');
+    (is_path && is_one_line).then(|| written.replace("\\\\", "/").replace('\\', "/"))
+}
+
 /// A number of bytes in a unit that suits it.
 pub fn bytes(count: u64) -> String {
     let count = count as f64;

@@ -130,7 +130,10 @@ fn frame(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Resul
         let scene = &cluster.scene;
         Ok(Source {
             label: scene.label.clone(),
-            scene: Key::of(&(scene.key.to_bytes(), cluster.priority, cluster.layered)),
+            scene: match cluster.layered {
+                false => Key::of(&(scene.key.to_bytes(), cluster.priority)),
+                true => Key::of(&(scene.key.to_bytes(), cluster.priority, "layered")),
+            },
             surfaces: match &cluster.surfaces {
                 Some(surfaces) => surfaces.clone(),
                 None => Arc::new(SceneSurfaces::new(scene.clone())),

@@ -20,11 +20,14 @@ const CHUNK: usize = 8192;
 /// # Errors
 /// If the scene has more corners than a table holds.
 pub fn face_table(cluster: &Cluster, view: &View, plan: LinePlan) -> Result<FaceTable> {
-    let Cluster { scene, priority, .. } = cluster;
+    let Cluster { scene, priority, layered, .. } = cluster;
     let parts: Vec<(Vec<DVec2>, Vec<FaceTableBuilder>)> = scene
         .instances
         .par_iter()
-        .map(|instance| Setup::new(scene, *priority, instance, view, plan).faces())
+        .map(|instance| {
+            let setup = Setup::new(scene, *priority, instance, view, plan);
+            Setup { layered: *layered, ..setup }.faces()
+        })
         .collect::<Result<_>>()?;
     let mut table = FaceTableBuilder::new();
     for (points, chunks) in parts {
@@ -49,6 +52,8 @@ struct Setup<'a> {
     guard: Guard,
     /// The vertices in homogeneous screen coordinates.
     vertices: Vec<Homogeneous>,
+    /// Whether all faces are solved as those that let through what lies behind them.
+    layered: bool,
     /// Of every support: its depth over the screen, and whether its normal faces the viewer.
     planes: Vec<(Plane, bool)>,
 }
@@ -106,7 +111,7 @@ impl<'a> Setup<'a> {
             })
             .collect();
         let guard = Guard::new(view.raster());
-        Setup { scene, instance, geometry, view, plan, guard, vertices, planes }
+        Setup { scene, instance, geometry, view, plan, guard, vertices, layered: false, planes }
     }
 
     /// The points of the mesh on the screen, and its faces over them.
@@ -148,7 +153,8 @@ impl<'a> Setup<'a> {
             rank: part.rank(),
             role: Role::Face,
             sees_front,
-            is_translucent: self.scene.is_translucent(self.instance, at, part, sees_front),
+            is_translucent: self.layered
+                || self.scene.is_translucent(self.instance, at, part, sees_front),
         };
         if inside && mesh.is_plain(at) {
             if self.is_met(&extent) {

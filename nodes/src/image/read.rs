@@ -49,7 +49,7 @@ impl Node for Read {
         let file = Encoded::open(&self.file.resolve(inputs))?;
         let asked = &wanted.channels;
         let wants = |name: &str| match Channel::of(name) {
-            Some(channel) => asked.contains(&channel),
+            Some(channel) => asked.contains(&channel) || asked.contains(&Channel::Others),
             None => asked.contains(&Channel::Others) || asked.contains(&Channel::Made),
         };
         let select = Select {

@@ -54,7 +54,7 @@ impl Default for Write {
 /// Whether what a picture has under a name is of one of some channels.
 fn is_of(channels: &BTreeSet<Channel>, name: &str, samples: &Samples) -> bool {
     match Channel::of(name) {
-        Some(channel) => channels.contains(&channel),
+        Some(channel) => channels.contains(&channel) || channels.contains(&Channel::Others),
         None => {
             let is_read = samples.is_from_file() || matches!(samples, Samples::Id(_));
             channels.contains(if is_read { &Channel::Others } else { &Channel::Made })

@@ -33,8 +33,8 @@ pub struct Illuminate {
     pub ground: Option<Color>,
     /// The exposure: the illuminance in lux under which a white surface shows 1; a room wants some hundred,
     /// daylight some ten thousand. Absent, it is found from what the lights give to the middle of the scenes with nothing
-    /// in the way: 1, for lights in units of one's own, up to 10 lux; above, the next power of ten, so that dimming is
-    /// seen. A note says which.
+    /// in the way: 1, for lights in units of one's own, up to 10 lux; above, the next power of ten (that which is up to
+    /// 1.4 times less, if there is one), so that dimming is seen. A note says which.
     #[schemars(range(min = 1e-9, max = 1e9))]
     pub white: Option<f32>,
     /// How shadows are found: `Off`; `Volumes`, exact for light from one place, by rays for other light;
@@ -112,7 +112,7 @@ fn doubts(lamps: &[Lamp]) -> Vec<String> {
     if let [(sun, toward)] = suns[..] {
         for (sky, own) in lamps.iter().filter_map(|lamp| Some((lamp, lamp.light.sun()?))) {
             if own.dot(toward) < 0.9994 {
-                let DVec3 { x, y, z } = toward;
+                let [x, y, z] = toward.to_array().map(|v| (v * 1000.0).round() / 1000.0 + 0.0);
                 doubts.push(format!(
                     "the sky of \"{}\" is not made for the sun of \"{}\", which stands elsewhere: give it \
                      `sun: ({x:.3}, {y:.3}, {z:.3})`",
@@ -181,7 +181,7 @@ impl Node for Illuminate {
         });
         let white = self.white.unwrap_or_else(|| {
             let lux = lamps.iter().map(|lamp| declared(lamp, &image)).sum::<f64>();
-            let white = if lux > 10.0 { 10f64.powi((lux.log10() - 1e-6).ceil() as i32) } else { 1.0 };
+            let white = if lux > 10.0 { 10f64.powi((lux.log10() - 0.15).ceil() as i32) } else { 1.0 };
             if white > 1.0 {
                 let lux = format!("{lux:.0}");
                 inputs.note(&format!(

@@ -11,6 +11,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::super::file::check_largest;
+use super::b44;
 use crate::error::{Error, Result};
 use crate::open;
 
@@ -278,6 +279,11 @@ fn unpacked(header: &Header, bounds: IntegerBounds, packed: &[u8]) -> exr::error
                 .sum::<usize>()
         })
         .sum();
+    let is_b44 = matches!(header.compression, Compression::B44 | Compression::B44A);
+    if is_b44 && packed.len() < bytes {
+        let broken = || exr::error::Error::Invalid("a chunk breaks off".into());
+        return b44::unpacked(header, bounds, packed).ok_or_else(broken);
+    }
     if !bytes.is_multiple_of(bounds.size.area()) {
         return Err(exr::error::Error::NotSupported("such subsampling".into()));
     }

@@ -2,6 +2,7 @@
 //!
 //! What ids mean is in the attribute `spandrel/names`, one `id name` to a line.
 
+mod b44;
 mod chunks;
 mod layers;
 mod read;

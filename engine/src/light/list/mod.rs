@@ -114,6 +114,7 @@ impl Entry {
     pub fn file_mut(&mut self) -> Option<&mut LampFile> {
         match self {
             Entry::PointLight(light) => light.lamp.as_mut(),
+            Entry::SpotLight(light) => light.lamp.as_mut(),
             Entry::SkyLight(light) => light.picture.as_mut(),
             _ => None,
         }

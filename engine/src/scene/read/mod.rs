@@ -158,12 +158,20 @@ pub fn examined(path: &Path, options: &ReadOptions) -> Result<Reading> {
 fn read(mut reader: Reader, path: &Path, options: &ReadOptions) -> Result<Reading> {
     check(options)?;
     let mut options = *options;
-    reader.key.bytes(format!("{options:?}").as_bytes());
+    // What nobody asks for is no part of the key: files of spans that were written before know their scenes.
+    reader.key.bytes(format!("{options:?}").replace(", lod: None", "").as_bytes());
     let bytes = reader.bytes(path)?;
     // Whatever breaks in a reader, or in a library behind it, is the file's fault.
     let read = open::guarded(|| reader.read(&bytes, &mut options));
     let (mut document, space) = read.unwrap_or_else(|broke| Err(Error::in_file(path, broke)))?;
     let steps = place(&mut document, &options, &space);
+    let stays = |plan: &super::Plan| !plan.cameras.is_empty() || !plan.lights.is_empty();
+    if !steps.is_empty() && document.plans.iter().any(stays) {
+        reader.note(
+            "`unit`, `up` and `origin` move what is seen, and not the file's cameras and lights: they stay where \
+             the file has them",
+        );
+    }
     if let Some(angle) = options.crease {
         smooth(&mut document, angle);
     }

@@ -25,7 +25,7 @@ use std::path::Path;
 use super::super::document::{Document, VERSION};
 use crate::error::{Error, Result};
 use crate::open;
-use crate::text::{Diagnostic, Faults, Index, list, nearest, options, parse};
+use crate::text::{Diagnostic, Faults, Index, list, meant_path, nearest, options, parse};
 
 /// Parses a scene text.
 ///
@@ -65,6 +65,11 @@ fn names(document: &Document, index: &Index<'_>) -> Vec<Diagnostic> {
     let definitions = plans.flat_map(|plan| plan.definitions.keys().map(String::as_str)).collect();
     let fault = |(key, place): (&str, Range<usize>)| {
         let name: String = ron::from_str(&index.text()[place.clone()]).ok()?;
+        if let Some(cure) = meant_path(&index.text()[place.clone()]) {
+            let fault =
+                Diagnostic::error(place, "a backslash of this path stands for a control letter");
+            return Some(fault.help(format!("in a path write `/`: {cure}")));
+        }
         let (known, what): (&BTreeSet<&str>, _) = match key {
             "material" | "materials" | "table" => (&materials, "material"),
             "Instance" => (&definitions, "definition"),
@@ -89,7 +94,7 @@ fn names(document: &Document, index: &Index<'_>) -> Vec<Diagnostic> {
     index.texts().filter_map(fault).collect()
 }
 
-/// Writes a document as text that [`parse`] reads back to an equal document.
+/// Writes a document as text that [`parse()`] reads back to an equal document.
 ///
 /// # Errors
 /// If a number is not finite, or a name means two things.

@@ -116,9 +116,13 @@ impl<'t> Words<'t> {
         self.fault(self.rest.trim_start(), message)
     }
 
-    /// A number that may be infinite or none.
+    /// A number that may be infinite or none, such as the `-nan(ind)` and `1.#QNAN` of some compilers.
     pub(super) fn any_number(&mut self) -> Result<f64> {
         let Some(word) = self.next() else { return Err(self.fault_here("a number is missing")) };
+        let bare = word.trim_start_matches(['+', '-']).to_ascii_lowercase();
+        if bare.starts_with("nan") || bare.starts_with("1.#") {
+            return Ok(f64::NAN);
+        }
         word.parse().map_err(|_| {
             let cure = if word.contains(',') && word.replacen(',', ".", 1).parse::<f64>().is_ok() {
                 ": write a point for the decimal comma"

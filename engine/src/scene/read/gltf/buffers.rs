@@ -118,7 +118,15 @@ pub(super) fn sibling(reader: &mut Reader, uri: &str) -> Result<Vec<u8>> {
     if std::fs::metadata(&path).is_ok_and(|about| !about.is_file() && !about.is_dir()) {
         return Err(Error::in_file(&path, "it is a device or a pipe, no file"));
     }
-    Ok(reader.sibling(&name)?.1)
+    let scene = reader.path.display().to_string();
+    let (_, bytes) = reader.sibling(&name).map_err(|error| match error {
+        Error::File { path, source } => {
+            let what = format!("{source} (\"{scene}\" names it)");
+            Error::file(path, std::io::Error::new(source.kind(), what))
+        }
+        other => other,
+    })?;
+    Ok(bytes)
 }
 
 /// The bytes of a data URI, behind its `data:`.

@@ -27,11 +27,11 @@ use crate::text::list;
 
 /// Statements that are not shown, as they are told.
 const NOT_SHOWN: [(&[&str], &str); 3] = [
-    (&["l"], "lines"),
-    (&["p"], "points"),
+    (&["l"], "lines are not shown"),
+    (&["p"], "points are not shown"),
     (
         &["curv", "curv2", "surf", "bzp", "bsp", "cdc", "cdp", "res"],
-        "free-form curves and surfaces",
+        "free-form curves and surfaces are not shown",
     ),
 ];
 
@@ -88,7 +88,10 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
     for mut words in statements(&path, text) {
         let Some(keyword) = words.next() else {
             if words.name().starts_with("#MRGB") {
-                told.add("lines of colours in comments (#MRGB)", words.line(words.name()));
+                told.add(
+                    "lines of colours in comments (#MRGB) are not read",
+                    words.line(words.name()),
+                );
             }
             continue;
         };
@@ -100,13 +103,24 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
                 }
             }
             "vt" => {
-                let u = words.number()? as f32;
-                let v = if words.peek().is_some() { words.number()? as f32 } else { 0.0 };
-                lists.uvs.push(Vec2::new(u, v));
+                let u = words.any_number()? as f32;
+                let v = if words.peek().is_some() { words.any_number()? as f32 } else { 0.0 };
+                let uv = Vec2::new(u, v);
+                if !uv.is_finite() {
+                    let what = "texture coordinates are not finite, and 0";
+                    told.add(what, words.line(keyword));
+                }
+                lists.uvs.push(if uv.is_finite() { uv } else { Vec2::ZERO });
             }
             "vn" => {
-                let [x, y, z] = words.numbers::<3>()?;
-                lists.normals.push(DVec3::new(x, y, z).normalize_or_zero().as_vec3());
+                let mut number = || words.any_number();
+                let normal = DVec3::new(number()?, number()?, number()?);
+                if !normal.is_finite() {
+                    let what = "normals are not finite: their faces are flat";
+                    told.add(what, words.line(keyword));
+                }
+                // 0, if it has no direction.
+                lists.normals.push(normal.normalize_or_zero().as_vec3());
             }
             "f" | "fo" => {
                 let part = parts.last_mut().expect("there is always a part");
@@ -114,7 +128,7 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
                 let line = words.line(keyword);
                 seen.into_iter().for_each(|what| told.add(what, line));
                 if is_smooth && !part.last_has_normals() {
-                    told.add("faces of smoothing groups without normals, shown flat", line);
+                    told.add("faces of smoothing groups have no normals and are shown flat (`crease` smooths them)", line);
                 }
             }
             "o" | "g" if (keyword == "o") == has_objects => {
@@ -128,13 +142,13 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
                 match NOT_SHOWN.iter().find(|(words, _)| words.contains(&keyword)) {
                     Some((_, what)) => told.add(what, line),
                     None if SILENT.contains(&keyword) => {}
-                    None => told.add(&format!("statements \"{keyword}\""), line),
+                    None => told.add(&format!("statements \"{keyword}\" are not read"), line),
                 }
             }
         }
     }
     for (what, (count, line)) in told.0 {
-        reader.note(format!("{count} {what} from line {line} on are not read"));
+        reader.note(format!("{count} {what}, the first in line {line}"));
     }
     parts.retain(|part| !part.faces.is_empty());
     if parts.is_empty() {

@@ -35,7 +35,7 @@ impl Lists {
         Ok(match rest.len() {
             0 | 1 if left < 3 => None,
             0 => None,
-            _ => Some("vertices with numbers behind their colour"),
+            _ => Some("vertices have numbers that are not read"),
         })
     }
 
@@ -98,9 +98,9 @@ impl Part {
                     Ok(Some(place as u32))
                 };
             let point = field("vertex", lists.points.len(), None)?;
-            let no_uv = Some("faces with texture coordinates that do not exist");
+            let no_uv = Some("faces use texture coordinates that do not exist, which are left out");
             let uv = field("texture coordinate", lists.uvs.len(), no_uv)?;
-            let no_normal = Some("faces with normals that do not exist");
+            let no_normal = Some("faces use normals that do not exist, which are left out");
             let normal = field("normal", lists.normals.len(), no_normal)?;
             if fields.next().is_some() {
                 return Err(no_corner());
