@@ -10,6 +10,7 @@ use spandrel_engine::resolve::Channel;
 use spandrel_engine::scene::{Map, Picture, read};
 use spandrel_engine::texture::{Filter, Mapping};
 use spandrel_tests::data;
+use spandrel_tests::png;
 use spandrel_tests::scenes::painted_faces;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -109,21 +110,15 @@ fn pictures_of_every_kind_are_read_or_refused_by_name() {
 
 /// The bytes of a PNG of 2 by 2 pixels with a palette.
 fn palette(colors: &[[u8; 3]], indices: &[u8; 4]) -> Vec<u8> {
-    let mut out = b"\x89PNG\r\n\x1a\n".to_vec();
-    let mut chunk = |kind: &[u8], data: &[u8]| {
-        out.extend((data.len() as u32).to_be_bytes());
-        let body = [kind, data].concat();
-        out.extend(&body);
-        out.extend(crc32fast::hash(&body).to_be_bytes());
-    };
-    chunk(b"IHDR", &[0, 0, 0, 2, 0, 0, 0, 2, 8, 3, 0, 0, 0]);
-    chunk(b"PLTE", &colors.concat());
     let rows = [0, indices[0], indices[1], 0, indices[2], indices[3]];
-    let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
-    std::io::Write::write_all(&mut packed, &rows).unwrap();
-    chunk(b"IDAT", &packed.finish().unwrap());
-    chunk(b"IEND", &[]);
-    out
+    let (colors, pixels) = (colors.concat(), png::packed(&rows));
+    let chunks: [(&[u8], &[u8]); 4] = [
+        (b"IHDR", &[0, 0, 0, 2, 0, 0, 0, 2, 8, 3, 0, 0, 0]),
+        (b"PLTE", &colors),
+        (b"IDAT", &pixels),
+        (b"IEND", &[]),
+    ];
+    png::file(chunks)
 }
 
 /// A glTF file of one square on the ground from -1 to 1, unlit, whose texture coordinates 1 run over it from its upper

@@ -7,6 +7,7 @@ use exr::prelude::{
 };
 use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_tests::graphs::Nodes;
+use spandrel_tests::png;
 use spandrel_tests::program::{Ran, Scratch, run};
 use std::path::Path;
 
@@ -284,23 +285,12 @@ fn colours_of_other_primaries_are_those_of_rec_709() {
 
 /// The bytes of a PNG of one grey row, with chunks before its pixels.
 fn png(width: u32, height: u32, grey: &[u8], before: &[(&[u8], Vec<u8>)]) -> Vec<u8> {
-    let mut out = b"\x89PNG\r\n\x1a\n".to_vec();
-    let mut chunk = |kind: &[u8], data: &[u8]| {
-        out.extend((data.len() as u32).to_be_bytes());
-        let body = [kind, data].concat();
-        out.extend(&body);
-        out.extend(crc32fast::hash(&body).to_be_bytes());
-    };
     let mut head = [width.to_be_bytes(), height.to_be_bytes()].concat();
     head.extend([8, 0, 0, 0, 0]);
-    chunk(b"IHDR", &head);
-    before.iter().for_each(|(kind, data)| chunk(kind, data));
-    let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
-    let rows: Vec<u8> = [&[0], grey].concat();
-    std::io::Write::write_all(&mut packed, &rows).unwrap();
-    chunk(b"IDAT", &packed.finish().unwrap());
-    chunk(b"IEND", &[]);
-    out
+    let pixels = png::packed(&[&[0], grey].concat());
+    let before = before.iter().map(|(kind, data)| (*kind, &data[..]));
+    let end: [(&[u8], &[u8]); 2] = [(b"IDAT", &pixels), (b"IEND", &[])];
+    png::file([(&b"IHDR"[..], &head[..])].into_iter().chain(before).chain(end))
 }
 
 #[test]

@@ -204,9 +204,9 @@ fn faces_shaded_more_often_are_nearer_to_the_truth() {
     // A floor under a lamp that hangs low, seen along it: light differs within pixels.
     let floor = glam::dvec3(0.0, -1.0, 0.0);
     let at = |x: f64, z: f64| floor + glam::dvec3(x, 0.0, z);
-    let quads: Vec<_> = (-6..6)
-        .flat_map(|i| (-6..6).map(move |j| (f64::from(i), f64::from(j))))
-        .map(|(x, z)| vec![at(x, z + 1.0), at(x + 1.0, z + 1.0), at(x + 1.0, z), at(x, z)])
+    let quads: Vec<_> = (-3..3)
+        .flat_map(|i| (-3..3).map(move |j| (2.0 * f64::from(i), 2.0 * f64::from(j))))
+        .map(|(x, z)| vec![at(x, z + 2.0), at(x + 2.0, z + 2.0), at(x + 2.0, z), at(x, z)])
         .collect();
     let light = Point { position: glam::dvec3(0.2, -0.4, 0.3), beam: Beam::All };
     let lamp = Lamp::new("low", true, Color::grey(1.0), Arc::new(light));
@@ -236,6 +236,6 @@ fn faces_shaded_more_often_are_nearer_to_the_truth() {
         (squares.sum::<f64>() / 1200.0).sqrt()
     };
     let [face, pixel, line] = [Rate::Face, Rate::Pixel, Rate::Line].map(error);
-    assert!(face > 1.3 * pixel && pixel > 2.0 * line, "{face} {pixel} {line}");
+    assert!(face > 1.5 * pixel && pixel > 2.0 * line, "{face} {pixel} {line}");
     assert!(line < 0.002, "{line}");
 }

@@ -1,8 +1,9 @@
 //! Damage that knows how a file is built.
 
 use serde_json::Value;
+use spandrel_tests::png;
 use spandrel_tests::random::Random;
-use std::io::{Read, Write};
+use std::io::Read;
 
 /// How a file is built.
 #[derive(Clone, Copy, Debug)]
@@ -262,26 +263,12 @@ fn png(bytes: &[u8], random: &mut Random) -> Vec<u8> {
         3 if name == b"IDAT" => {
             let mut raw = Vec::new();
             let _ = flate2::read::ZlibDecoder::new(&data[..]).read_to_end(&mut raw);
-            *data = packed(&binary(raw, random));
+            *data = png::packed(&binary(raw, random));
         }
         3 => name[random.below(4) as usize] ^= 0x20,
         _ => *data = binary(std::mem::take(data), random),
     }
-    let mut out = bytes[..8.min(bytes.len())].to_vec();
-    for (name, data) in chunks {
-        out.extend((data.len() as u32).to_be_bytes());
-        let start = out.len();
-        out.extend(name);
-        out.extend(data);
-        let checksum = crc32fast::hash(&out[start..]);
-        out.extend(checksum.to_be_bytes());
-    }
-    out
-}
-
-fn packed(raw: &[u8]) -> Vec<u8> {
-    let mut packer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
-    packer.write_all(raw).and_then(|()| packer.finish()).unwrap_or_default()
+    png::file(chunks.iter().map(|(name, data)| (&name[..], &data[..])))
 }
 
 /// A number within a segment, whose length stays right, or the segment itself.

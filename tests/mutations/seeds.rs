@@ -5,6 +5,7 @@ use serde_json::json;
 use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_engine::scene::read::{binary, text};
 use spandrel_engine::span_file::{self, Options};
+use spandrel_tests::png;
 use spandrel_tests::scenes::front_view;
 use spandrel_tests::spans;
 use std::io::Cursor;
@@ -91,27 +92,16 @@ fn pictures(folder: &Path) -> Vec<Seed> {
 
 /// A PNG of 4 by 4 pixels of 2 bits, their colours in a palette.
 fn palette() -> Vec<u8> {
-    use std::io::Write;
-    let mut packer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
-    packer.write_all(&[0, 0x1b, 0, 0xe4, 0, 0x1b, 0, 0xe4]).expect("memory takes it");
-    let pixels = packer.finish().expect("memory takes it");
-    let mut out = b"\x89PNG\r\n\x1a\n".to_vec();
-    for (name, data) in [
-        (b"IHDR", &[0, 0, 0, 4, 0, 0, 0, 4, 2, 3, 0, 0, 0][..]),
+    let pixels = png::packed(&[0, 0x1b, 0, 0xe4, 0, 0x1b, 0, 0xe4]);
+    let chunks: [(&[u8], &[u8]); 6] = [
+        (b"IHDR", &[0, 0, 0, 4, 0, 0, 0, 4, 2, 3, 0, 0, 0]),
         (b"gAMA", &[0, 0, 0xb1, 0x8f]),
         (b"PLTE", &[0, 0, 0, 255, 0, 0, 0, 255, 0, 0, 0, 255]),
         (b"tRNS", &[0, 128, 255]),
         (b"IDAT", &pixels),
         (b"IEND", &[]),
-    ] {
-        out.extend((data.len() as u32).to_be_bytes());
-        let start = out.len();
-        out.extend(name);
-        out.extend(data);
-        let checksum = crc32fast::hash(&out[start..]);
-        out.extend(checksum.to_be_bytes());
-    }
-    out
+    ];
+    png::file(chunks)
 }
 
 fn floats(values: &[f32]) -> Vec<u8> {

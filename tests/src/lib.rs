@@ -5,6 +5,7 @@ pub mod graphs;
 pub mod known;
 pub mod lights;
 pub mod papers;
+pub mod png;
 pub mod program;
 pub mod random;
 pub mod scenes;

@@ -98,11 +98,11 @@ impl Stream {
     }
 }
 
-/// A coordinate of a place that is seen from so far. What differs from 0 by no more than rounding is 0: a pattern on
+/// A coordinate of a place; `eye` is how far out whoever sees it stands. What differs from 0 by no more than rounding is 0: a pattern on
 /// a floor at 0 does not flicker between the two sides of it.
-fn coordinate(point: DVec3, axis: u32, far: f64) -> f32 {
+fn coordinate(point: DVec3, axis: u32, eye: f64) -> f32 {
     let v = point[axis as usize];
-    let rounding = 1e-9 * (far + point.abs().max_element());
+    let rounding = 1e-9 * (eye + point.abs().max_element());
     if v.abs() <= rounding { 0.0 } else { v as f32 }
 }
 
@@ -167,19 +167,19 @@ impl Shader for Stream {
             false => Vec::new(),
         };
         let width = |i: usize| (steps[i][0] + steps[i][1]) / 2.0;
-        let far = |i: usize| fragments.way(i).2;
+        let camera = fragments.view.camera().position.abs().max_element();
+        let eye = |i: usize| {
+            fragments.sight.as_ref().map_or(camera, |sight| sight.from[i].abs().max_element())
+        };
         let read = |variable: Variable, first: usize, out: &mut [f32]| match variable {
             Variable::World(k) => {
-                each(out, first, |i| {
-                    let (point, far) = (fragments.position[i], far(i));
-                    coordinate(point, k, far)
-                });
+                each(out, first, |i| coordinate(fragments.position[i], k, eye(i)));
             }
             Variable::Object(k) => each(out, first, |i| {
                 fragments
                     .local
                     .get(i)
-                    .map_or(0.0, |local| coordinate(local.point, k, far(i) * local.scale))
+                    .map_or(0.0, |local| coordinate(local.point, k, eye(i) * local.scale))
             }),
             Variable::Normal(k) => each(out, first, |i| fragments.normal[i][k as usize]),
             Variable::Eye(k) => each(out, first, |i| fragments.to_eye(i)[k as usize] as f32),

@@ -11,6 +11,7 @@ use spandrel_engine::shade::{self, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::{Reductions, Toward};
 use spandrel_engine::values::{Lamps, Lines};
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 /// Lights the surfaces of an image by any number of lights and a light that is everywhere. Flat faces
@@ -67,31 +68,37 @@ impl Default for Illuminate {
     }
 }
 
-/// The illuminance in lux that a lamp gives to what faces it in the middle of an image's scenes, with nothing in the way.
-fn declared(lamp: &Lamp, image: &SpanImage) -> f64 {
-    let strength = f64::from(lamp.strength.luminance());
-    if !lamp.shines() {
-        return 0.0;
-    }
+/// The middle of an image's scenes, and the middles of the eight parts around it: a lamp may stand in one of them.
+fn middles(image: &SpanImage) -> Vec<DVec3> {
     let bounds = image.sources().iter().filter_map(|source| source.surfaces.casters()?.bounds());
     let bounds = bounds.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
     let [low, high] = bounds.unwrap_or_default();
-    // The middle, and the middles of the eight parts around it: the lamp may stand in one of them.
     let eighths =
         (0..8).map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)));
     let shares = eighths.map(|k| 0.25 + 0.5 * k).chain([DVec3::splat(0.5)]);
-    let mut lux: Vec<f64> = shares
-        .map(|share| {
-            let position = low + share * (high - low);
-            let toward = lamp.light.toward().map(|toward| toward.from(position).0);
-            let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
-            let at = |normal| lamp.light.irradiance(&Receiver { position, normal }).luminance();
-            let most = toward.into_iter().chain(axes).map(at).fold(0.0, f32::max);
-            f64::from(most)
-        })
-        .collect();
+    shares.map(|share| low + share * (high - low)).collect()
+}
+
+/// The illuminance in lux that a lamp gives to what faces it, with nothing in the way: in the middle of some places, if it
+/// is not the same at all of them.
+fn declared(lamp: &Lamp, middles: impl FnOnce() -> Vec<DVec3>) -> f64 {
+    if !lamp.shines() {
+        return 0.0;
+    }
+    let light = &lamp.light;
+    let is_far = matches!(light.toward(), Some(Toward::Direction(_)))
+        || light.is_everywhere()
+        || light.luminance(DVec3::Y).is_some();
+    let places = if is_far { vec![DVec3::ZERO] } else { middles() };
+    let most = |position: DVec3| {
+        let toward = light.toward().map(|toward| toward.from(position).0);
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
+        let at = |normal| light.irradiance(&Receiver { position, normal }).luminance();
+        f64::from(toward.into_iter().chain(axes).map(at).fold(0.0, f32::max))
+    };
+    let mut lux: Vec<f64> = places.into_iter().map(most).collect();
     lux.sort_by(f64::total_cmp);
-    strength * lux[lux.len() / 2]
+    f64::from(lamp.strength.luminance()) * lux[lux.len() / 2]
 }
 
 /// What is to be said of lights that are perhaps not as meant.
@@ -180,7 +187,9 @@ impl Node for Illuminate {
             _ => Shadows::Volumes,
         });
         let white = self.white.unwrap_or_else(|| {
-            let lux = lamps.iter().map(|lamp| declared(lamp, &image)).sum::<f64>();
+            // Found once, and only if a lamp stands somewhere: it takes all that casts.
+            let middles = LazyCell::new(|| middles(&image));
+            let lux = lamps.iter().map(|lamp| declared(lamp, || middles.clone())).sum::<f64>();
             let white = if lux > 10.0 { 10f64.powi((lux.log10() - 0.15).ceil() as i32) } else { 1.0 };
             if white > 1.0 {
                 let lux = format!("{lux:.0}");

@@ -80,6 +80,13 @@ fn lamp_frame(aim: DVec3, up: Option<DVec3>, rotation: f64) -> Result<DMat3> {
     Ok(DMat3::from_cols(right, above, aim).transpose())
 }
 
+/// A lamp as a file has it.
+fn measured(LampFile(file): &LampFile, directory: &Path, frame: DMat3) -> Result<Measured> {
+    let photometry = Photometry::read(&directory.join(file));
+    let photometry = photometry.map_err(|error| Fault { field: "lamp", error })?;
+    Ok(Measured { frame, photometry: Box::new(photometry) })
+}
+
 impl MakeLamp for PointLight {
     fn check(&self) -> Result<()> {
         PointLight { lamp: None, ..self.clone() }.lamp("", Path::new("")).map(drop)
@@ -92,11 +99,10 @@ impl MakeLamp for PointLight {
             return Err(Fault::new("flux", "give `intensity` or `flux`, not both"));
         }
         let (beam, whole) = match &self.lamp {
-            Some(LampFile(file)) => {
-                let photometry = Photometry::read(&directory.join(file));
-                let photometry = photometry.map_err(|error| Fault { field: "lamp", error })?;
-                let whole = if self.flux.is_some() { photometry.flux() } else { 1.0 };
-                (Beam::Measured(Measured { frame, photometry: Box::new(photometry) }), whole)
+            Some(file) => {
+                let of = measured(file, directory, frame)?;
+                let whole = if self.flux.is_some() { of.photometry.flux() } else { 1.0 };
+                (Beam::Measured(of), whole)
             }
             None => (Beam::All, 4.0 * std::f64::consts::PI),
         };
@@ -184,14 +190,7 @@ impl MakeLamp for SpotLight {
         let position = place("position", self.position)?;
         let axis = unit("direction", self.direction)?;
         let frame = lamp_frame(self.direction, self.up, self.rotation)?;
-        let of = match &self.lamp {
-            Some(LampFile(file)) => {
-                let photometry = Photometry::read(&directory.join(file));
-                let photometry = photometry.map_err(|error| Fault { field: "lamp", error })?;
-                Some(Measured { frame, photometry: Box::new(photometry) })
-            }
-            None => None,
-        };
+        let of = self.lamp.as_ref().map(|file| measured(file, directory, frame)).transpose()?;
         let (outer, inner) = (angle.to_radians(), inner.to_radians());
         let beam = Beam::Cone { axis, outer, inner, of };
         let strength = strength("intensity", self.intensity, self.color, self.temperature)?;
