@@ -173,6 +173,7 @@ fn exit_codes_tell_what_failed() {
         (&["render", "g.ron", "--size", "65536x65536"], 1, "windows"),
         (&["render", "g.ron", "-o", "/proc/no/a.png"], 1, "cannot be written"),
         (&["check", "lost.ron"], 4, "lost.obj"),
+        (&["info", "box.ron", "-o", "a.svg"], 2, "only lamps"),
         (&["check", "twice.ron"], 3, "write the same file"),
         (&["render", "bad.ron"], 3, "Resolve"),
         (&["check", "bad.ron"], 3, "did you mean"),
@@ -392,8 +393,21 @@ fn spans_are_written_merged_compared_and_read() {
     })"#;
     std::fs::write(folder.0.join("s.ron"), graph).unwrap();
     assert_eq!(folder.run(&["render", "s.ron"]).code, Some(0));
-    // A node that makes spans is written as spans, with the size and lines with which the graph resolves.
     std::fs::write(folder.0.join("t.ron"), graph.replace("\"spans\"", "\"unused\"")).unwrap();
+    // A node that makes spans is written as spans, with the size and lines with which the graph resolves: as it is set,
+    // and of what divides lines, with those that it begins with.
+    for (lines, count) in [("Sloped(3)", 3), ("Adaptive(5,0.1)", 5), ("Exact", 16)] {
+        let set = format!("picture.lines={lines}");
+        let ran = folder.run(&["render", "t.ron", "-w", "balls", "-o", "x.span", "--set", &set]);
+        assert!(ran.code == Some(0) && !ran.err.contains("warning"), "{ran:?}");
+        let out = folder.run(&["info", "x.span"]).out;
+        assert!(out.contains(&format!("40 x 30 pixels, {count} lines per row")), "{lines}: {out}");
+    }
+    let other = "\"other\": Resolve(image: \"boxes\", size: (9, 9)), \"unused\"";
+    let two = std::fs::read_to_string(folder.0.join("t.ron")).unwrap();
+    std::fs::write(folder.0.join("two.ron"), two.replace("\"unused\"", other)).unwrap();
+    let ran = folder.run(&["render", "two.ron", "-w", "balls", "-o", "x.span"]);
+    assert!(ran.err.contains("resolves with different sizes or lines"), "{ran:?}");
     let ran = folder.run(&["render", "t.ron", "-w", "balls", "-o", "balls.span"]);
     assert_eq!(ran.code, Some(0), "{ran:?}");
     let info = folder.run(&["info", "balls.span"]);

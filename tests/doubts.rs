@@ -1,5 +1,6 @@
 //! What shows a picture that nobody meant says so; and what nobody said is what most mean.
 
+use glam::DVec3;
 use spandrel_engine::image::Image;
 use spandrel_engine::light::sun::{self, Moment};
 use spandrel_engine::math;
@@ -104,6 +105,32 @@ fn lights_that_are_perhaps_not_meant_are_told() {
     // What was told, pasted, says nothing more.
     let made = lit("pasted", &sky("(0.707, 0.707, 0.000)"), r#""sun", "sky""#, "");
     assert!(made.warnings.is_empty(), "{:?}", made.warnings);
+}
+
+#[test]
+fn a_sky_follows_the_sun_that_it_names() {
+    let sun = r#""sun": SunLight(latitude: 35, longitude: 135, time: "2026-06-21T09:00+09:00")"#;
+    let toward = {
+        let moment = Moment::parse("2026-06-21T09:00+09:00").unwrap();
+        let DVec3 { x, y, z } = sun::direction(moment, 35.0, 135.0, 0.0).unwrap();
+        format!("({x:?}, {y:?}, {z:?})")
+    };
+    let names = r#""sun", "sky""#;
+    let made = |of: &str| {
+        let lights =
+            format!(r#"{sun}, "sky": SkyLight(model: Clear, sun: {of}, illuminance: 17000)"#);
+        lit("follows", &lights, names, ", white: 100000")
+    };
+    let (named, given) = (made(r#""sun""#), made(&toward));
+    assert!(named.warnings.is_empty(), "{:?}", named.warnings);
+    assert_eq!(named.image, given.image);
+    assert_ne!(named.image, made("(1, 1, 1)").image);
+    // What is no sun cannot be followed.
+    let lights = r#""lamp": PointLight(), "sky": SkyLight(model: Clear, sun: "lamp")"#;
+    let (_, graph) =
+        nodes("no_sun", &format!(r#"{lights}, "lit": Illuminate(image: "s", lights: ["sky"])"#));
+    let fault = graph.picture("p", None).unwrap_err().to_string();
+    assert!(fault.contains("\"lamp\" is no SunLight or ParallelLight"), "{fault}");
 }
 
 #[test]

@@ -9,8 +9,11 @@ use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::light::list::{LampFile, MakeLamp, SkyLight};
 use spandrel_engine::light::panorama::Panorama;
+use spandrel_engine::light::point::Disc;
+use spandrel_engine::light::seen::SeenSky;
 use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Lamp, Light, Receiver};
+use spandrel_engine::math;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::shade::Stream;
@@ -30,7 +33,7 @@ fn painted(rows: u32, color: impl Fn(DVec3) -> Color) -> Image {
     for at in 0..2 * rows * rows {
         let (x, y) = (f64::from(at % (2 * rows)) + 0.5, f64::from(at / (2 * rows)) + 0.5);
         let (round, down) = ((x / f64::from(2 * rows) - 0.5) * 2.0 * PI, y / f64::from(rows) * PI);
-        let (sin, cos) = (spandrel_engine::math::sin, spandrel_engine::math::cos);
+        let (sin, cos) = (math::sin, math::cos);
         let toward = v(sin(round) * sin(down), cos(down), -cos(round) * sin(down));
         let color = color(toward).to_array();
         channels.iter_mut().zip(color).for_each(|(channel, value)| channel.push(value));
@@ -109,6 +112,57 @@ fn a_painted_sky_gives_what_the_sky_gives() {
 }
 
 #[test]
+fn the_disc_of_the_sun_is_as_bright_as_its_light() {
+    let toward = v(0.1, 0.4, -0.9).normalize();
+    let radius = 0.533f64.to_radians() / 2.0;
+    let night = Lamp::new(
+        "",
+        true,
+        Color::BLACK,
+        Arc::new(Sky::new(SkyModel::Uniform, DVec3::Y, 0.0).unwrap()),
+    );
+    let lux = 1000.0;
+    let sun = Lamp::new("", true, Color::grey(lux as f32), Arc::new(Disc { toward, radius }));
+    let seen = SeenSky { sky: night, suns: vec![sun], white: 50.0 };
+    // Of a thousand lux over a disc, every point has this luminance; a white surface under 50 lux shows 1.
+    let sine = math::sin(radius);
+    let bright = lux / (PI * sine * sine) * PI / 50.0;
+    for (degrees, pixels) in [(5.0, 200), (5.0, 40), (40.0, 41)] {
+        let camera = Camera {
+            position: v(3.0, 1.0, 2.0),
+            look_at: v(3.0, 1.0, 2.0) + toward,
+            field_of_view: degrees,
+            ..Camera::default()
+        };
+        let view = View::new(&camera, Raster::new(pixels, pixels).unwrap()).unwrap();
+        let (label, key) = ("sky".to_owned(), Key::of(&0));
+        let stand = Stand { label, key, strength: Color::WHITE, distance: None };
+        let rule = Rule::Sloped(2);
+        let show = Show::Sky(seen.clone());
+        let image = backdrop::image(show, stand, &view, rule.plan().unwrap(), 0..pixels).unwrap();
+        let framing = Framing::scaled(view.raster(), DVec2::ONE).unwrap();
+        let picture = resolve(&image, rule, &framing, &BTreeSet::from([Channel::Color])).unwrap();
+        let picture = picture.float("R").unwrap().to_vec();
+        let most = picture.iter().copied().fold(0.0, f32::max);
+        assert!(f64::from(most) <= bright * 1.0001, "{most} {bright}");
+        if pixels == 200 {
+            close(f64::from(most), bright, 1e-4);
+        }
+        // All pixels together, each by its solid angle, are the light.
+        let half = math::tan((degrees / 2.0f64).to_radians());
+        let step = 2.0 * half / f64::from(pixels);
+        let mut sum = 0.0;
+        for (at, value) in (0..).zip(&picture) {
+            let place = |k: u32| (f64::from(k) + 0.5) * step - half;
+            let (x, y) = (place(at % pixels), place(at / pixels));
+            let cosine = 1.0 / (1.0 + x * x + y * y).sqrt();
+            sum += f64::from(*value) * 50.0 / PI * step * step * cosine.powi(3) * cosine;
+        }
+        close(sum, lux, 0.01);
+    }
+}
+
+#[test]
 fn what_stands_behind_lights_as_it_is_seen() {
     // A sky behind a scene, taken in all directions, gives what the sky gives; and a program that dims its east
     // takes the light of the east.
@@ -120,7 +174,8 @@ fn what_stands_behind_lights_as_it_is_seen() {
     let key = Key::of(&0);
     let stand = Stand { label: "sky".to_owned(), key, strength: Color::WHITE, distance: None };
     let plan = Rule::Sloped(1).plan().unwrap();
-    let image = backdrop::image(Show::Sky(lamp, 800.0), stand, &view, plan, 0..1).unwrap();
+    let show = Show::Sky(SeenSky { sky: lamp, suns: vec![], white: 800.0 });
+    let image = backdrop::image(show, stand, &view, plan, 0..1).unwrap();
     let lux_of = |image: &SpanImage, normal: DVec3| {
         let (light, open) = Panorama::of(&backdrop::panorama(image, 256).unwrap(), 0.0).unwrap();
         lux(&light, normal)[1] * open * 800.0 / PI
@@ -232,7 +287,7 @@ fn real_panoramas_give_an_open_plane_the_lux_that_is_asked() {
             let up = (f64::from(i) + 0.5) / 200_000.0;
             let round = f64::from(i) * 2.399_963_229_728_653;
             let across = (1.0 - up * up).sqrt();
-            let (sin, cos) = (spandrel_engine::math::sin(round), spandrel_engine::math::cos(round));
+            let (sin, cos) = (math::sin(round), math::cos(round));
             let seen = Light::luminance(&panorama, v(cos * across, up, sin * across)).unwrap();
             sum += f64::from(seen.r + seen.g + seen.b) / 3.0 * up * 2.0 * PI / 200_000.0;
         }

@@ -5,8 +5,10 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::key::Key;
 use spandrel_engine::light::line::Line;
+use spandrel_engine::light::point::{Disc, Parallel};
 use spandrel_engine::light::polygon::{Polygon, Surface};
 use spandrel_engine::light::{Lamp, Light, Receiver};
+use spandrel_engine::math;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{
@@ -20,6 +22,8 @@ use spandrel_tests::random::Random;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
+
+const PI: f64 = std::f64::consts::PI;
 
 /// A scene of polygons, some of which let three quarters of the light through.
 fn made(label: &str, parts: &[(Vec<DVec3>, bool)]) -> Arc<Scene> {
@@ -99,6 +103,72 @@ fn a_source_half_hidden_gives_what_its_other_half_gives() {
         let above = level(far, 2.1 * scale, far);
         let below = level(far, -0.1 * scale, far);
         close(seen(&[(above, false), (below, false)]), open + hidden, 1e-6);
+    }
+}
+
+#[test]
+fn a_board_before_the_sun_leaves_a_segment_of_its_disc() {
+    let radius = 0.533f64.to_radians() / 2.0;
+    let height = 10.0;
+    let (pixels, side) = (24u32, 0.12);
+    let board = level([0.0, 50.0], height, [-50.0, 50.0]);
+    let image = floor_under(&[(board, false)], side, pixels);
+    let sun = || lamp(Disc { toward: DVec3::Y, radius });
+    let row = |lamp, shadows| lit(&image, lamp, shadows)[..pixels as usize].to_vec();
+    let cut = row(sun(), Shadows::Analytic);
+    let rays = row(sun(), Shadows::Rays(1024));
+    // Volumes take the middle of the disc: they are those of a sun without extent.
+    let middle = row(sun(), Shadows::Volumes);
+    assert_eq!(middle, row(lamp(Parallel { toward: DVec3::Y }), Shadows::Volumes));
+    let mut soft = 0;
+    for k in 0..pixels {
+        let x = ((f64::from(k) + 0.5) / f64::from(pixels) - 0.5) * side;
+        // The board's edge in the plane of the disc, in radii of it: what lies left of it is seen.
+        let t = (-x / height / math::tan(radius)).clamp(-1.0, 1.0);
+        let seen = 1.0 - (math::acos(t) - t * (1.0 - t * t).sqrt()) / PI;
+        let off = |row: &[f32]| (f64::from(row[k as usize]) - seen).abs();
+        assert!(off(&cut) < 0.003, "{x}: {} is not {seen}", cut[k as usize]);
+        assert!(off(&rays) < 0.03, "{x}: {} is not {seen}", rays[k as usize]);
+        assert_eq!(middle[k as usize], if x < 0.0 { 1.0 } else { 0.0 }, "{x}");
+        soft += u32::from(seen > 0.01 && seen < 0.99);
+    }
+    assert!(soft > 12, "{soft}");
+}
+
+#[test]
+fn a_disc_gives_what_the_horizon_leaves_of_it() {
+    let toward = v(0.3, 0.8, -0.5).normalize();
+    let (u, w) = toward.any_orthonormal_pair();
+    for radius in [1e-4, 0.00465, 0.08] {
+        let disc = Disc { toward, radius };
+        let uniform = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
+        for height in [1.5, 1.0, 0.9, 0.5, 0.0, -0.5, -0.9, -1.0, -1.5] {
+            // A receiver over whose horizon the middle of the disc stands so many radii high.
+            let angle = height * radius;
+            let normal = toward * math::sin(angle) + u * math::cos(angle);
+            let at = Receiver { position: v(7.0, -2.0, 3.0), normal };
+            let given = f64::from(disc.irradiance(&at).r);
+            // The disc in rings and sectors, in one plane.
+            let n = 400;
+            let lux = |k: u32| {
+                let across = math::tan(radius) * uniform(k / n, n).sqrt();
+                let round = std::f64::consts::TAU * uniform(k % n, n);
+                let way = toward + (u * math::cos(round) + w * math::sin(round)) * across;
+                way.normalize().dot(normal).max(0.0)
+            };
+            let summed = (0..n * n).map(lux).sum::<f64>() / f64::from(n * n);
+            assert!((given - summed).abs() < 0.004 * radius, "{radius} {height}: {given} {summed}");
+            let sampled = (0..64 * 64).map(|k| {
+                let choice = DVec2::new(uniform(k % 64, 64), uniform(k / 64, 64));
+                f64::from(disc.sample(&at, choice).irradiance.r)
+            });
+            let sampled = sampled.sum::<f64>() / f64::from(64 * 64);
+            assert!((given - sampled).abs() < 0.006 * radius, "{radius} {height}: {sampled}");
+        }
+        let facing = Receiver { position: DVec3::ZERO, normal: toward };
+        close(f64::from(disc.irradiance(&facing).r), 1.0, 1e-6);
+        let parts = disc.facets(&facing).unwrap();
+        close(f64::from(disc.of_facet(&parts[0], &facing).r), 1.0, 1e-6);
     }
 }
 

@@ -1,5 +1,6 @@
 //! `spandrel check`, and the reading of graphs that other commands share.
 
+use spandrel_engine::camera::Camera;
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::diagnostic::{list, nearest};
 use spandrel_engine::graph::document::Document;
@@ -7,7 +8,9 @@ use spandrel_engine::graph::evaluate::Progress;
 use spandrel_engine::graph::{Graph, Plan, Registry, Run};
 use spandrel_engine::open;
 use spandrel_engine::scene::Scene;
+use spandrel_engine::values::Lamps;
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -29,16 +32,34 @@ pub(crate) fn run(registry: &Registry, args: &Check) -> u8 {
     }
 }
 
-/// Reads the scenes that a graph names; prints what is wrong with them, and returns the exit code.
+/// Reads the scenes that a graph names, and what it takes of them by name; prints what is wrong, and returns the exit
+/// code.
 fn scenes(graph: &Graph, path: &Path) -> u8 {
+    let run = Run::new();
+    let mut told = HashSet::new();
     let mut code = exit::DONE;
-    for node in graph.nodes().filter(|node| node.kind == "ReadScene") {
+    for node in graph.nodes() {
         let mut wishes = Wishes::new();
-        wishes.want::<Scene>(node.id, ());
+        match node.kind {
+            "ReadScene" => wishes.want::<Scene>(node.id, ()),
+            "SceneCamera" => wishes.want::<Camera>(node.id, ()),
+            "SceneLights" => wishes.want::<Lamps>(node.id, ()),
+            _ => continue,
+        };
         let plan = Plan::new(graph, &wishes);
-        if let Err(failure) = plan.and_then(|plan| Run::new().evaluate(graph, &plan, &Told)) {
-            print::error(format!("{}: {failure}", name(path)));
-            code = exit::of(&failure.error);
+        match plan.and_then(|plan| run.evaluate(graph, &plan, &Told)) {
+            Ok(done) if node.kind == "ReadScene" => {
+                let unreadable = done.value::<Scene>(0).unreadable_pictures();
+                unreadable.iter().for_each(|picture| Told.warned(node.id, picture));
+            }
+            Ok(_) => {}
+            Err(failure) => {
+                let message = failure.to_string();
+                if told.insert(message.clone()) {
+                    print::error(format!("{}: {message}", name(path)));
+                }
+                code = exit::of(&failure.error);
+            }
         }
     }
     code
@@ -65,10 +86,10 @@ pub(crate) fn read(registry: &Registry, path: &Path, settings: &[Setting]) -> Re
 }
 
 /// Sets parameters of a document; quotes may be missing.
-pub(crate) fn set(
+pub(crate) fn set<'s>(
     registry: &Registry,
     document: &mut Document,
-    settings: &[Setting],
+    settings: impl IntoIterator<Item = &'s Setting>,
 ) -> Result<(), u8> {
     for Setting { node, field, value } in settings {
         let raw = document.nodes.iter().find(|raw| raw.id == *node);

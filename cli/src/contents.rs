@@ -2,8 +2,8 @@
 
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::Optics;
-use spandrel_engine::scene::{AlphaMode, Material, Scene};
-use std::collections::{BTreeMap, HashMap};
+use spandrel_engine::scene::{AlphaMode, Material, Scene, Sides};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt::Write;
 
 use crate::print;
@@ -110,6 +110,8 @@ pub(crate) fn objects(out: &mut String, scene: &Scene, all: bool) {
 #[derive(Default)]
 pub(crate) struct Materials {
     known: BTreeMap<String, (Material, usize)>,
+    /// Those that backs, seals and domains show.
+    beside: BTreeSet<String>,
     bare: usize,
 }
 
@@ -126,10 +128,21 @@ impl Materials {
         let mut faces = vec![0; scene.materials.len()];
         for instance in &scene.instances {
             let mesh = instance.geometry.mesh();
+            let mut show = |sides: Sides, front: bool| {
+                let at = instance.material_of(sides, front);
+                self.beside.insert(scene.material_names[at as usize].clone());
+            };
             for face in 0..mesh.face_count() {
                 faces[instance.material_of(mesh.sides(face), true) as usize] += 1;
+                show(mesh.sides(face), false);
+                for seal in mesh.seals(face) {
+                    show(seal.sides, true);
+                    show(seal.sides, false);
+                }
             }
         }
+        let domains = scene.materials.iter().filter_map(|material| material.domains.as_ref());
+        self.beside.extend(domains.flat_map(|domains| domains.table.values().cloned()));
         let named = scene.material_names.iter().zip(&scene.materials).zip(faces);
         for ((name, material), faces) in named {
             if name.is_empty() {
@@ -150,6 +163,7 @@ impl Materials {
         for (name, (material, faces)) in self.known.iter().take(most) {
             let line = about(name, material);
             let faces = match faces {
+                0 if self.beside.contains(name) => "on backs, seals or in domains".to_owned(),
                 0 => "on no face".to_owned(),
                 faces => print::count(*faces, "face"),
             };

@@ -1,6 +1,7 @@
 //! `spandrel info`: what is in a file, and what is wrong with it.
 
 use spandrel_engine::graph::document::Document as GraphDocument;
+use spandrel_engine::graph::{Graph, Registry};
 use spandrel_engine::open;
 use spandrel_engine::scene::examine::{Fault, examine};
 use spandrel_engine::scene::read::{self, ReadOptions, Reading};
@@ -9,16 +10,17 @@ use spandrel_engine::span::Stage;
 use spandrel_engine::span_file::SpanFile;
 use spandrel_engine::text::Faults;
 use spandrel_engine::{Error, Result};
-use std::collections::BTreeMap;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, HashSet};
 use std::fmt::Write;
 use std::io::Read;
 use std::path::Path;
 
 use crate::args::Info;
 use crate::contents::Materials;
-use crate::{check, contents, exit, lamp, picture, print};
+use crate::{check, contents, exit, lamp, lights, picture, print};
 
-pub(crate) fn run(args: &Info) -> u8 {
+pub(crate) fn run(registry: &Registry, args: &Info) -> u8 {
     if let Some(Err(code)) = args.output.as_ref().map(|file| print::check_output(file, &["svg"])) {
         return code;
     }
@@ -36,9 +38,11 @@ pub(crate) fn run(args: &Info) -> u8 {
     let info = match (is_graph, is_spans, is_lamp) {
         (_, _, true) => lamp::info(&args.file, args.output.as_deref()),
         _ if args.output.is_some() => {
-            Err(Error::in_file(&args.file, "only lamps (.ies, .ldt) are drawn: leave out `-o`"))
+            let file = args.file.display();
+            print::error(format!("{file}: only lamps (.ies, .ldt) are drawn: leave out `-o`"));
+            return exit::USAGE;
         }
-        (true, ..) => graph(&args.file),
+        (true, ..) => graph(registry, &args.file),
         (_, true, _) => spans(&args.file),
         _ if picture::is_picture(&args.file) => picture::info(&args.file),
         _ => scene(&args.file, args.all),
@@ -67,13 +71,20 @@ fn text(path: &Path) -> Result<String> {
     Ok(open::text(path, &bytes)?.text.into_owned())
 }
 
-fn graph(path: &Path) -> Result<String> {
+fn graph(registry: &Registry, path: &Path) -> Result<String> {
     let text = check::text(path)?;
     let mut out = format!("{}: a graph\n", path.display());
     match GraphDocument::parse(&text) {
         Ok(document) => {
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let graph = Graph::check(&document, registry, folder).ok();
+            let is_light = |kind: &str| registry.kind(kind).is_some_and(|k| k.group == "light");
             for node in &document.nodes {
-                let _ = writeln!(out, "  {}: {}", node.id, node.kind);
+                let light = graph.as_ref().filter(|_| is_light(&node.kind));
+                let about = light.and_then(|graph| lights::of_node(graph, &node.id));
+                let about = about.filter(|about| !about.is_empty());
+                let about = about.map_or(String::new(), |about| format!(", {about}"));
+                let _ = writeln!(out, "  {}: {}{about}", node.id, node.kind);
             }
         }
         Err(list) => {
@@ -174,6 +185,7 @@ fn scene(path: &Path, all: bool) -> Result<String> {
     let mut out = format!("{}: a scene\n", path.display());
     let directory = path.parent().unwrap_or(Path::new(""));
     let mut materials = Materials::default();
+    let mut notes = Vec::new();
     for plan in &document.plans {
         let scene = Scene::new(document, Some(&plan.name), "", reading.key, directory);
         let scene = scene.map_err(|error| match error {
@@ -185,13 +197,17 @@ fn scene(path: &Path, all: bool) -> Result<String> {
         contents::objects(&mut out, &scene, all);
         faults(&mut out, plan, &scene);
         materials.of_scene(&scene);
+        notes.extend(scene.notes.iter().cloned());
+        notes.extend(scene.missing_pictures());
+        notes.extend(scene.unreadable_pictures());
     }
     materials.of_file(&document.materials);
     materials.show(&mut out, all);
     for line in &reading.about {
         let _ = writeln!(out, "{line}");
     }
-    for note in &reading.notes {
+    let mut told = HashSet::new();
+    for note in reading.notes.iter().chain(&notes).filter(|note| told.insert(*note)) {
         let _ = writeln!(out, "note: {note}");
     }
     Ok(out)
@@ -241,7 +257,6 @@ fn describe(out: &mut String, plan: &Plan, scene: &Scene, reading: &Reading) {
     }
     for (what, names) in [
         ("cameras", plan.cameras.keys().cloned().collect::<Vec<_>>()),
-        ("lights", plan.lights.keys().cloned().collect()),
         ("definitions", plan.definitions.keys().cloned().collect()),
     ] {
         if !names.is_empty() {
@@ -249,14 +264,32 @@ fn describe(out: &mut String, plan: &Plan, scene: &Scene, reading: &Reading) {
             let _ = writeln!(out, "  {what}: {}", spandrel_engine::graph::diagnostic::list(names));
         }
     }
+    let lights = lights::of_scene(scene);
+    if !lights.is_empty() {
+        let _ = writeln!(out, "  lights");
+        for line in &lights {
+            let _ = writeln!(out, "    {line}");
+        }
+    }
+    if let Some(known) = &plan.environment {
+        let _ = writeln!(out, "  environment: {}", lights::environment(known));
+    }
 }
 
 /// What had to be changed, and what is doubtful.
 fn faults(out: &mut String, plan: &Plan, scene: &Scene) {
     let mut found: BTreeMap<Fault, (usize, String)> = BTreeMap::new();
     let mut visit = |object: &Object, path: &str| {
-        let Shape::Faces(mesh) = &object.shape else { return };
-        for (face, fault) in examine(mesh) {
+        // Of the others every corner is ours.
+        let mesh = match &object.shape {
+            Shape::Faces(mesh) => Cow::Borrowed(mesh),
+            shape @ (Shape::Polygon { .. } | Shape::Prism { .. }) => match shape.mesh() {
+                Ok(mesh) => Cow::Owned(mesh),
+                Err(_) => return,
+            },
+            _ => return,
+        };
+        for (face, fault) in examine(&mesh) {
             let first =
                 found.entry(fault).or_insert_with(|| (0, format!("face {face} of \"{path}\"")));
             first.0 += 1;
@@ -282,7 +315,7 @@ fn faults(out: &mut String, plan: &Plan, scene: &Scene) {
             let (n, off) = (faults.flattened, faults.worst_deviation);
             let _ = writeln!(
                 out,
-                "  \"{path}\": {n} faces with seals taken as flat, off by up to {off:.4} m"
+                "  \"{path}\": {n} faces with seals or drawn edges taken as flat, off by up to {off:.4} m"
             );
         }
     }

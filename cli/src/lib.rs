@@ -18,6 +18,7 @@ mod exit;
 mod info;
 mod inspect;
 mod lamp;
+mod lights;
 mod measure;
 mod merge;
 mod nodes;
@@ -73,7 +74,7 @@ pub fn run(registry: Registry) -> ExitCode {
         Command::Nodes(args) => nodes::run(&registry, &args),
         Command::Measure(args) => measure::run(&registry, &args),
         Command::Inspect(args) => inspect::run(&registry, &args),
-        Command::Info(args) => info::run(&args),
+        Command::Info(args) => info::run(&registry, &args),
         Command::Diff(args) => diff::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Convert(args) => convert::run(&args),

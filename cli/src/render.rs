@@ -11,7 +11,7 @@ use spandrel_engine::values::{Delivery, Override};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::args::{Format, Render};
+use crate::args::{Format, Render, Setting};
 use crate::progress::{Detail, Shown};
 use crate::stats::{Done, Written};
 use crate::{check, exit, print, stats};
@@ -171,8 +171,12 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
             return Err(exit::USAGE);
         }
     }
+    // What is set may decide what a writer of its own gets, and may be a field of that.
+    let is_known = |setting: &&Setting| document.nodes.iter().any(|raw| raw.id == setting.node);
+    let (known, others): (Vec<&Setting>, Vec<&Setting>) = args.set.iter().partition(is_known);
+    check::set(registry, &mut document, known)?;
     let outputs = outputs(registry, args, &mut document)?;
-    check::set(registry, &mut document, &args.set)?;
+    check::set(registry, &mut document, others)?;
     let graph = check::check(registry, &args.graph, &document, &directory)?;
     if outputs.is_empty() {
         let name = check::name(&args.graph);
@@ -267,15 +271,30 @@ fn writer_of(output: &str, file: &Path) -> Option<&'static str> {
 
 /// The size and the lines with which the graph's spans are resolved, as fields, if all are resolved alike.
 fn resolved(document: &Document) -> String {
-    let mut all = document.nodes.iter().filter(|raw| raw.kind == "Resolve").map(|raw| {
-        let lines = raw.value("lines").filter(|lines| !lines.starts_with(['A', 'E']));
-        let field = |name, value: Option<&str>| {
-            value.map_or(String::new(), |value| format!(", {name}: {value}"))
-        };
-        field("size", raw.value("size")) + &field("lines", lines)
-    });
-    let first = all.next().unwrap_or_default();
-    if all.all(|other| other == first) { first } else { String::new() }
+    let mut all: Vec<String> = Vec::new();
+    for raw in document.nodes.iter().filter(|raw| raw.kind == "Resolve") {
+        let size = raw.value("size").map_or(String::new(), |size| format!(", size: {size}"));
+        let lines = raw.value("lines").map(|lines| match lines.strip_prefix("Adaptive(") {
+            // A file cannot be asked for more lines: this is what is made of them.
+            Some(rest) => format!("Sloped({})", rest.split(',').next().unwrap_or(rest)),
+            None if lines == "Exact" => "Sloped(16)".to_owned(),
+            None => lines.to_owned(),
+        });
+        let lines = lines.map_or(String::new(), |lines| format!(", lines: {lines}"));
+        all.push(size + &lines);
+    }
+    all.dedup();
+    match &all[..] {
+        [] => String::new(),
+        [only] => only.clone(),
+        _ => {
+            print::warning(format!(
+                "the graph resolves with different sizes or lines, and the file has those that WriteSpans has by \
+                 itself: say which, such as `--set {WRITER}.size=(640,360) --set {WRITER}.lines=Sloped(8)`"
+            ));
+            String::new()
+        }
+    }
 }
 
 fn writer(kind: &str, image: &str, path: &str, fields: &str) -> RawNode {

@@ -18,7 +18,7 @@ use crate::error::{Error, FirstError, Result};
 use crate::fragment::{Batch, Columns, FAR, Fragments, Sight, Surfaces, beyond, stack};
 use crate::image::{Image, Samples, Window};
 use crate::key::Key;
-use crate::light::Lamp;
+use crate::light::seen::SeenSky;
 use crate::math;
 use crate::raster::{LinePlan, Rows};
 use crate::span::{
@@ -31,8 +31,8 @@ use crate::texture::{Footprint, Opened, Source, Wrap, store};
 pub enum Show {
     /// Colours by degrees above the horizon, from below upwards, mixed between; at least one.
     Gradient(Vec<(f64, Color)>),
-    /// A sky, and the illuminance in lux under which a white surface shows 1.
-    Sky(Lamp, f32),
+    /// A sky, and suns.
+    Sky(SeenSky),
     /// A picture that lies as its [`By`] says.
     Picture(Photograph),
 }
@@ -178,10 +178,10 @@ impl Backdrop {
                 };
                 opaque(color)
             }
-            Show::Sky(lamp, white) => {
-                let along = fragments.way(i).1;
-                let luminance = lamp.light.luminance(along).unwrap_or(Color::BLACK);
-                opaque(luminance * lamp.strength * (PI as f32 / white))
+            Show::Sky(sky) if sky.suns.is_empty() => opaque(sky.color(fragments.way(i).1, None)),
+            Show::Sky(sky) => {
+                let (along, steps) = directions(fragments, i);
+                opaque(sky.color(along, Some(steps)))
             }
             Show::Picture(picture) => {
                 let Some(opened) = opened else { return [0.0; 4] };

@@ -18,11 +18,12 @@ use std::sync::Arc;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::graph::node::FieldError;
-use crate::graph::{Demand, Inputs, Value};
+use crate::graph::{Demand, Inputs, Link, Value};
 use crate::image::{Image, Window};
 use crate::key::Key;
 use crate::light::Lamp;
 use crate::light::list::MakeLamp;
+use crate::light::seen::SeenSky;
 use crate::raster::{LinePlan, Raster, Rows};
 use crate::resolve::{Channel, Framing};
 use crate::scene::Scene;
@@ -125,6 +126,32 @@ impl Lamps {
     pub fn sky(&self, of: &str) -> Result<Lamp> {
         let sky = self.0.iter().find(|lamp| lamp.light.luminance(DVec3::Y).is_some());
         sky.cloned().ok_or_else(|| Error::invalid(format!("`sky`: \"{of}\" is no SkyLight")))
+    }
+
+    /// What is seen of a sky and of suns, as nodes ask for them by `sky` and `suns`.
+    ///
+    /// # Errors
+    /// If there is no sky among the lights that `sky` names, or no disc among those that one of `suns` does.
+    pub fn seen(
+        inputs: &Inputs<'_>,
+        sky: &Link<Lamps>,
+        suns: &[Link<Lamps>],
+        white: f32,
+    ) -> Result<SeenSky> {
+        let sky = inputs.get(sky).sky(sky.target())?;
+        let mut discs = Vec::new();
+        for link in suns {
+            let lamps = inputs.get(link);
+            let known = discs.len();
+            discs.extend(lamps.0.iter().filter(|lamp| lamp.light.disc().is_some()).cloned());
+            if discs.len() == known {
+                let name = link.target();
+                return Err(Error::invalid(format!(
+                    "`suns`: \"{name}\" has no disc: a SunLight has, and a ParallelLight with an `angle`"
+                )));
+            }
+        }
+        Ok(SeenSky { sky, suns: discs, white })
     }
 
     /// Whether a node's lamp can be made, as far as no file tells.

@@ -103,6 +103,8 @@ fn what_mtl_says_is_shown_or_told() {
     assert_eq!(shown("map_Pr r.png\nmap_Pm r.png").finish.gloss, facets(0.04, 1.0, 1.0));
     assert_eq!(shown("norm n.png").maps["normal"].picture.file(), Some("n.png"));
     assert_eq!(shown("Ka 1 1 1\nKs 0 0 0\nPs 0\nTf 1 1 1\nNi 1\nillum 2"), shown(""));
+    // Exporters write an index for what has no use of it.
+    assert_eq!(shown("Ni 1.45\nillum 2"), shown(""));
     for (line, said) in [
         ("Ka .1 0 0", "Ka (\"m\")"),
         ("Ni 1.5", "Ni (\"m\")"),

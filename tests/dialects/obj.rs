@@ -173,18 +173,20 @@ fn libraries_are_found_however_they_are_named() {
     ] {
         assert_eq!(color(line), Color::new(1.0, 0.0, 0.0), "{line}");
     }
-    let reading = folder
-        .take("a.obj", format!("mtllib D.mtl lost.mtl\nusemtl x\n{OBJ}usemtl y\nf 1 2 3\n"))
-        .unwrap();
-    told(
-        &reading,
-        &[
-            "D.mtl: No such file or directory: did you mean \"d.mtl\"?",
-            "lost.mtl: No such",
-            "2 materials are not defined, plain ones are used: x, y",
-        ],
-    );
+    let text = format!("mtllib D.mtl lost.mtl\nusemtl x\n{OBJ}usemtl y\nf 1 2 3\n");
+    let reading = folder.take("a.obj", &text).unwrap();
+    let said = [
+        "D.mtl: No such file or directory: did you mean \"d.mtl\"?: put it there, or read the scene with \
+         `pictures: false`",
+        "lost.mtl: No such",
+        "2 materials are not defined, plain ones are used: x, y",
+    ];
+    told(&reading, &said);
     assert_eq!(reading.notes.len(), 3);
+    // The cure cures.
+    let path = folder.0.path().join("a.obj");
+    let bare = ReadOptions { pictures: Some(false), ..ReadOptions::default() };
+    assert_eq!(read::document(&path, &bare).unwrap().notes, NOTHING);
     // What is called the same is no library.
     let reading = folder.take("lost.obj", format!("mtllib lost.mtl\n{OBJ}")).unwrap();
     assert!(!reading.notes[0].contains("did you mean"), "{:?}", reading.notes);

@@ -7,7 +7,7 @@ use glam::DVec3;
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Anywhere, Around, Fragments, Member, Shader, Surfaces, World};
-use spandrel_engine::light::list::{AreaLight, LampFile, MakeLamp, PointLight, SkyLight};
+use spandrel_engine::light::list::{AreaLight, LampFile, MakeLamp, PointLight, SkyLight, SkySun};
 use spandrel_engine::light::sky::SkyModel;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::scene::{Material, Mesh, Scene, SceneSurfaces, Shape, Step, Transform};
@@ -90,7 +90,9 @@ impl Case<'_> {
         }
         let around = Around { world: Some(&world), stack: &[], at: 0, batch: &Anywhere };
         shader.shade(&mut fragments, &around);
-        let ours: Vec<String> = fragments.color.iter().map(|color| color.g.to_string()).collect();
+        // The peer's skies are grey.
+        let luminance = |color: &Color| color.luminance().to_string();
+        let ours: Vec<String> = fragments.color.iter().map(luminance).collect();
         std::fs::write(at("ours"), ours.join("\n") + "\n").unwrap();
     }
 }
@@ -153,7 +155,8 @@ fn main() {
         ("clear", SkyModel::Clear),
     ];
     for (name, model) in skies {
-        let sky = SkyLight { model: Some(model), sun: toward, ..SkyLight::default() };
+        let sun = SkySun::Toward(toward);
+        let sky = SkyLight { model: Some(model), sun, ..SkyLight::default() };
         let (points, rest) = (points.clone(), String::new());
         Case { name, mesh: court(), lights: vec![&sky], points, rest }.write(folder);
     }

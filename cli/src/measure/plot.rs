@@ -91,7 +91,7 @@ pub(crate) fn svg(measurement: &Measurement) -> String {
     out
 }
 
-/// Joins the settings than which no other is both faster and better.
+/// Joins the settings than which no other is both faster and better, the Pareto front, and says so.
 fn draw_front(out: &mut String, rows: &[&Measured], x: &Axis, y: &Axis) {
     let mut best: Vec<&&Measured> = rows.iter().filter(|row| row.is_best).collect();
     best.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
@@ -104,6 +104,13 @@ fn draw_front(out: &mut String, rows: &[&Measured], x: &Axis, y: &Axis) {
         "<polyline points=\"{}\" fill=\"none\" stroke=\"#b9d3b9\" stroke-width=\"7\" \
          stroke-linecap=\"round\" stroke-linejoin=\"round\"/>",
         points.join(" ")
+    );
+    let _ = writeln!(
+        out,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\" fill=\"#7d9d7d\">broad line: the Pareto front; nothing \
+         is both faster and better</text>",
+        SIZE.0 - BORDER[2],
+        SIZE.1 - 14.0
     );
 }
 

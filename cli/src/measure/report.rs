@@ -31,7 +31,11 @@ pub(crate) fn table(measurement: &Measurement) -> String {
         out.truncate(out.trim_end().len());
         out.push('\n');
     }
-    let _ = writeln!(out, "against {}; median of {} runs", measurement.reference, measurement.runs);
+    let _ = writeln!(
+        out,
+        "against {}; median of {} runs; best: on the Pareto front, nothing is both faster and better",
+        measurement.reference, measurement.runs
+    );
     out
 }
 
@@ -92,8 +96,8 @@ pub(crate) fn html(measurement: &Measurement) -> String {
          th,td{{padding:.2rem .7rem;text-align:right;border-bottom:1px solid #ddd;\
          font-variant-numeric:tabular-nums}}.best{{background:#eef6ee}}</style>\n\
          <h1>{title}</h1>\n{}\n<table><tr>{head}</tr>\n{body}</table>\n\
-         <p>Against {}; time is the median of {} runs; shaded rows are those than which no other is both \
-         faster and better.</p></html>\n",
+         <p>Against {}; time is the median of {} runs; shaded rows are the Pareto front: \
+         those than which no other is both faster and better.</p></html>\n",
         plot::svg(measurement),
         escape(&measurement.reference),
         measurement.runs

@@ -6,6 +6,7 @@ mod primaries;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::ops::{Add, Mul};
+use std::sync::LazyLock;
 
 pub use primaries::{D50, Primaries, REC_709, xyz_to_rec_709};
 
@@ -185,6 +186,23 @@ pub fn encode_srgb(linear: f32) -> f32 {
     if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * math::powf(v, 1.0 / 2.4) - 0.055 }
 }
 
+/// [`encode_srgb`] to the nearest of 256 codes, by a table of where they begin.
+pub fn srgb_byte(linear: f32) -> u8 {
+    static BEGINS: LazyLock<[f32; 255]> = LazyLock::new(|| {
+        let code = |bits: u32| (encode_srgb(f32::from_bits(bits)) * 255.0).round() as usize;
+        std::array::from_fn(|below| {
+            // The smallest number whose code is more; floats of one sign are in the order of their bits.
+            let (mut low, mut high) = (0, 1f32.to_bits());
+            while low < high {
+                let middle = (low + high) / 2;
+                if code(middle) > below { high = middle } else { low = middle + 1 }
+            }
+            f32::from_bits(low)
+        })
+    });
+    BEGINS.partition_point(|begin| *begin <= linear) as u8
+}
+
 /// The inverse of [`encode_srgb`], on [0, 1].
 pub fn decode_srgb(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { math::powf((encoded + 0.055) / 1.055, 2.4) }
@@ -204,6 +222,19 @@ pub enum Kind {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bytes_by_the_table_are_bytes_by_the_formula() {
+        let formula = |v: f32| (encode_srgb(v) * 255.0).round() as u8;
+        let steps = (0..=1f32.to_bits()).step_by(997).map(f32::from_bits);
+        let begins = (0..255u8).flat_map(|code| {
+            let bits = decode_srgb((f32::from(code) + 0.5) / 255.0).to_bits();
+            (bits - 200..bits + 200).map(f32::from_bits)
+        });
+        for v in steps.chain(begins).chain([-1.0, 2.0, f32::INFINITY, f32::NAN, -0.0]) {
+            assert_eq!(srgb_byte(v), formula(v), "{v:e}");
+        }
+    }
 
     #[test]
     fn srgb_bytes_survive_the_round_trip() {

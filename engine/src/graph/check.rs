@@ -409,6 +409,9 @@ fn absent(directory: &Path, file: &str, span: std::ops::Range<usize>) -> Option<
     let fault = Diagnostic { is_input: true, ..Diagnostic::error(span, message) };
     Some(match crate::open::beside(&path) {
         Some(near) => fault.help(format!("did you mean \"{near}\"?")),
+        None if directory.as_os_str().is_empty() => {
+            fault.help("paths begin at the current folder, in which the graph is")
+        }
         None => fault.help("paths begin at the graph's own folder"),
     })
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::catalogue::{self, Field};
-use super::node::{AnyNode, Node};
+use super::node::{AnyNode, LINK, Node};
 use super::value::Value;
 use crate::text::options;
 
@@ -98,10 +98,13 @@ impl Kind {
                 kind.and_then(Json::as_array).is_some_and(|kinds| kinds.iter().any(is_string));
             (may_be || kind.is_some_and(is_string)) && schema.get("enum").is_none()
         };
+        // One of several forms may be a link.
+        let forms = schema.and_then(|schema| schema.get("anyOf")).and_then(Json::as_array);
+        let may_be_link = forms.is_some_and(|forms| forms.iter().any(|f| f.get(LINK).is_some()));
         let is_quoted = value.starts_with(['"', '[', '('])
             || value.starts_with("r\"")
             || value.starts_with("r#");
-        let wants_quotes = value.starts_with('#') || schema.is_some_and(is_text);
+        let wants_quotes = value.starts_with('#') || may_be_link || schema.is_some_and(is_text);
         if wants_quotes && !is_quoted && !matches!(value, "None" | "Some") {
             return format!("{value:?}");
         }

@@ -24,6 +24,7 @@ pub mod panorama;
 pub mod photometry;
 pub mod point;
 pub mod polygon;
+pub mod seen;
 pub mod sky;
 pub mod sun;
 pub mod tint;
@@ -60,8 +61,15 @@ pub struct Sample {
 /// [`Shader`](crate::fragment::Shader).
 #[typetag::serde]
 pub trait Light: Send + Sync + Debug {
-    /// The one place that all light comes from, if it does: its shadows are sharp.
+    /// The one place that all light comes from, if it does: its shadows are sharp. Of a [disc](Light::disc),
+    /// its middle.
     fn toward(&self) -> Option<Toward>;
+
+    /// If it is a disc that is seen alike from everywhere, such as the sun's: the unit vector to its middle, and its
+    /// radius in radians. Shadow volumes take its middle; shadows that are cut or found by rays are soft.
+    fn disc(&self) -> Option<(DVec3, f64)> {
+        None
+    }
 
     /// Whether nothing can stand in its way.
     fn is_everywhere(&self) -> bool {
@@ -78,8 +86,7 @@ pub trait Light: Send + Sync + Debug {
         None
     }
 
-    /// What is seen of it in a direction from everywhere, a unit vector, in cd/m2; `None` if it is not so
-    /// far away or so large.
+    /// What is seen of a sky in a direction, a unit vector, in cd/m2; `None` if it is none.
     fn luminance(&self, _direction: DVec3) -> Option<Color> {
         None
     }

@@ -1,9 +1,11 @@
-//! Light from one place: parallel, points, spots, measured lamps.
+//! Light from one place: parallel, discs such as the sun's, points, spots, measured lamps.
 
 use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use super::photometry::Photometry;
+use super::polygon::ring;
 use super::{Light, Receiver, Sample};
 use crate::color::Color;
 use crate::math;
@@ -28,6 +30,89 @@ impl Light for Parallel {
 
     fn sample(&self, at: &Receiver, _: DVec2) -> Sample {
         Sample { toward: Toward::Direction(self.toward), irradiance: self.irradiance(at) }
+    }
+}
+
+/// Corners of the polygon that stands for a disc where it is cut.
+const CORNERS: usize = 32;
+
+/// How far away that polygon stands: behind everything, and so that numbers stay exact.
+const DISTANCE: f64 = 1e15;
+
+/// Light from a disc infinitely far away, of 1 lux on what faces it: the sun.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct Disc {
+    /// The unit vector to its middle.
+    pub toward: DVec3,
+    /// Its radius in radians, above 0 and at most a tenth.
+    pub radius: f64,
+}
+
+impl Disc {
+    /// The angle between two corners of the polygon, and its radius in its own distances: it has the disc's area.
+    fn corners(&self) -> (f64, f64) {
+        let step = TAU / CORNERS as f64;
+        (step, math::tan(self.radius) * (step / math::sin(step)).sqrt())
+    }
+
+    /// The polygon that stands for the disc, seen from a point.
+    fn polygon(&self, from: DVec3) -> Vec<DVec3> {
+        let (step, radius) = self.corners();
+        let (u, v) = self.toward.any_orthonormal_pair();
+        let corner = |k: usize| {
+            let turn = step * k as f64;
+            let beside = u * math::cos(turn) + v * math::sin(turn);
+            from + (self.toward + beside * radius) * DISTANCE
+        };
+        (0..CORNERS).map(corner).collect()
+    }
+
+    /// What the polygon gives, with a luminance of 1, to what faces it: Lambert's sum over equal edges.
+    fn facing(&self) -> f64 {
+        let (step, radius) = self.corners();
+        let to_edge = radius * math::cos(step / 2.0);
+        let reach = (1.0 + to_edge * to_edge).sqrt();
+        let angle = math::atan2(radius * math::sin(step / 2.0), reach);
+        CORNERS as f64 * angle * to_edge / reach
+    }
+}
+
+#[typetag::serde(name = "Disc")]
+impl Light for Disc {
+    fn toward(&self) -> Option<Toward> {
+        Some(Toward::Direction(self.toward))
+    }
+
+    fn disc(&self) -> Option<(DVec3, f64)> {
+        Some((self.toward, self.radius))
+    }
+
+    fn irradiance(&self, at: &Receiver) -> Color {
+        let cosine = at.normal.dot(self.toward);
+        // The horizon may cut it.
+        if cosine.abs() < math::sin((self.radius * 1.01).min(FRAC_PI_2)) {
+            return self.of_facet(&self.polygon(at.position), at);
+        }
+        Color::grey(cosine.max(0.0) as f32)
+    }
+
+    fn facets(&self, at: &Receiver) -> Option<Vec<Vec<DVec3>>> {
+        Some(vec![self.polygon(at.position)])
+    }
+
+    fn of_facet(&self, points: &[DVec3], at: &Receiver) -> Color {
+        Color::grey((ring(points, at).abs() / self.facing()) as f32)
+    }
+
+    fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
+        let round = choice.x * TAU;
+        let across = math::sin(self.radius) * choice.y.sqrt();
+        let along = (1.0 - across * across).sqrt();
+        let (u, v) = self.toward.any_orthonormal_pair();
+        let beside = u * math::cos(round) + v * math::sin(round);
+        let direction = self.toward * along + beside * across;
+        let lux = at.normal.dot(direction).max(0.0) / along;
+        Sample { toward: Toward::Direction(direction), irradiance: Color::grey(lux as f32) }
     }
 }
 

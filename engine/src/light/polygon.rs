@@ -225,7 +225,7 @@ impl Surface {
 /// The irradiance that a ring of unit luminance gives, signed by the way round that it is seen (Lambert
 /// 1760): half the sum over its edges of the angle that the edge takes, times the cosine between the
 /// receiver's normal and that of the edge's plane through the receiver.
-fn ring(ring: &[DVec3], at: &Receiver) -> f64 {
+pub(super) fn ring(ring: &[DVec3], at: &Receiver) -> f64 {
     let height = |p: DVec3| at.normal.dot(p);
     let mut above: Vec<DVec3> = Vec::with_capacity(ring.len() + 2);
     let relative = |p: &DVec3| *p - at.position;

@@ -8,6 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::OnceLock;
 
 use super::normals::ByNormal;
+use super::tint::ClearSky;
 use super::{Light, Receiver, Sample};
 use crate::color::Color;
 use crate::error::{Error, Result};
@@ -44,6 +45,8 @@ pub struct Sky {
     sun: DVec3,
     /// The share of the light that the ground sends back to what faces it.
     ground: f64,
+    /// Whether it is as blue as a cloudless sky, where it is one.
+    is_colored: bool,
     #[serde(skip)]
     tables: OnceLock<Tables>,
 }
@@ -54,12 +57,16 @@ struct Tables {
     scale: f64,
     /// What an open plane receives of the clear sky, in the model's units.
     clear: f64,
+    /// The colours of what is cloudless of it.
+    cloudless: Option<ClearSky>,
+    /// What an open plane receives, 1 lux.
+    horizontal: Color,
     /// By normal, the irradiance with nothing in the way, if it is not in closed form.
-    irradiance: Option<ByNormal<[f32; 1]>>,
+    irradiance: Option<ByNormal<[f32; 3]>>,
 }
 
 impl Sky {
-    /// A sky with the sun in a direction, a unit vector, and a ground that reflects a share of it.
+    /// A grey sky with the sun in a direction, a unit vector, and a ground that reflects a share of it.
     ///
     /// # Errors
     /// If the model's number or the reflectance is out of range, or the model needs a sun and it is below
@@ -92,7 +99,14 @@ impl Sky {
                 "a ground reflectance of {ground}: must be 0 to 1"
             )));
         }
-        Ok(Sky { model, sun, ground, tables: OnceLock::new() })
+        Ok(Sky { model, sun, ground, is_colored: false, tables: OnceLock::new() })
+    }
+
+    /// The same sky in colour: `Clear`, `General(11)` to `General(15)` and the clear share of `Blend` are
+    /// [blue](ClearSky), as bright as before.
+    #[must_use]
+    pub fn colored(self) -> Sky {
+        Sky { is_colored: true, tables: OnceLock::new(), ..self }
     }
 
     /// The luminance in a direction, a unit vector, in cd/m2.
@@ -101,7 +115,18 @@ impl Sky {
             return self.ground / PI;
         }
         let tables = self.tables();
-        relative(self.model, direction, self.sun, tables.clear) * tables.scale
+        let parts = relative(self.model, direction, self.sun, tables.clear);
+        (parts.cloudless + parts.cloudy) * tables.scale
+    }
+
+    /// The luminance in a direction, a unit vector, in cd/m2, in colour.
+    pub fn color(&self, direction: DVec3) -> Color {
+        let tables = self.tables();
+        if direction.y < 0.0 {
+            return tables.horizontal * (self.ground / PI) as f32;
+        }
+        let parts = relative(self.model, direction, self.sun, tables.clear);
+        parts.color(tables.cloudless.as_ref(), direction) * tables.scale as f32
     }
 
     fn is_uniform(&self) -> bool {
@@ -113,28 +138,45 @@ impl Sky {
             let cells = ROWS * COLUMNS;
             let solid = TAU / cells as f64;
             let clear = horizontal_of_clear(math::acos(self.sun.y.clamp(-1.0, 1.0)));
+            let is_cloudless = match self.model {
+                SkyModel::Clear | SkyModel::General(11..=15) => true,
+                SkyModel::Blend(share) => share < 1.0,
+                SkyModel::Uniform
+                | SkyModel::Overcast
+                | SkyModel::Intermediate
+                | SkyModel::General(_) => false,
+            };
+            let cloudless = (self.is_colored && is_cloudless).then(|| ClearSky::new(self.sun));
             // Four points of each cell.
             let mut horizontal = 0.0;
-            let mut upper = vec![0.0; cells];
+            let mut colors = DVec3::ZERO;
+            let mut upper = vec![DVec3::ZERO; cells];
             for (i, cell) in upper.iter_mut().enumerate() {
                 for part in 0..4 {
                     let within = DVec2::new(f64::from(part % 2), f64::from(part / 2)) / 2.0 + 0.25;
                     let direction = place(i, within);
-                    let light = relative(self.model, direction, self.sun, clear) * solid / 4.0;
+                    let parts = relative(self.model, direction, self.sun, clear);
+                    let light = (parts.cloudless + parts.cloudy) * solid / 4.0;
+                    let color = parts.color(cloudless.as_ref(), direction).to_array();
+                    let color = DVec3::from(color.map(f64::from)) * solid / 4.0;
                     horizontal += light * direction.y;
-                    *cell += light;
+                    colors += color * direction.y;
+                    *cell += color;
                 }
             }
             let scale = 1.0 / horizontal;
+            let color = |of: DVec3| of.to_array().map(|v| v as f32);
+            let [r, g, b] = color(colors * scale);
+            let horizontal = Color::new(r, g, b);
             let irradiance = (!self.is_uniform()).then(|| {
-                let dome: Vec<(DVec3, f64)> =
+                let dome: Vec<(DVec3, DVec3)> =
                     (0..cells).map(|i| (place(i, DVec2::splat(0.5)), upper[i] * scale)).collect();
                 ByNormal::new(|normal| {
-                    let received = dome.iter().map(|(d, l)| d.dot(normal).max(0.0) * l);
-                    [received.sum::<f64>() as f32]
+                    let received = dome.iter().map(|(d, l)| *l * d.dot(normal).max(0.0));
+                    color(received.sum::<DVec3>())
                 })
             });
-            Tables { scale, clear, irradiance }
+            Tables { scale, clear, cloudless, horizontal, irradiance }
         })
     }
 }
@@ -147,16 +189,37 @@ fn place(at: usize, within: DVec2) -> DVec3 {
     DVec3::new(r * math::cos(round), y, r * math::sin(round))
 }
 
-/// The luminance of a model above the horizon, in its own units.
-fn relative(model: SkyModel, direction: DVec3, sun: DVec3, clear: f64) -> f64 {
+/// A luminance above the horizon, in a model's own units, in its two parts.
+#[derive(Clone, Copy, Debug)]
+struct Parts {
+    cloudless: f64,
+    cloudy: f64,
+}
+
+impl Parts {
+    fn color(self, cloudless: Option<&ClearSky>, direction: DVec3) -> Color {
+        match cloudless {
+            Some(sky) => {
+                sky.color(direction) * self.cloudless as f32 + Color::grey(self.cloudy as f32)
+            }
+            None => Color::grey((self.cloudless + self.cloudy) as f32),
+        }
+    }
+}
+
+/// The luminance of a model above the horizon.
+fn relative(model: SkyModel, direction: DVec3, sun: DVec3, clear: f64) -> Parts {
+    let cloudless = |cloudless: f64| Parts { cloudless, cloudy: 0.0 };
+    let cloudy = |cloudy: f64| Parts { cloudless: 0.0, cloudy };
     let up = direction.y.max(0.0);
     let from_sun = math::acos(direction.dot(sun).clamp(-1.0, 1.0));
     let sun_zenith = math::acos(sun.y.clamp(-1.0, 1.0));
     match model {
-        SkyModel::Uniform => 1.0,
-        SkyModel::Overcast => (1.0 + 2.0 * up) / 3.0,
-        SkyModel::Clear => general(12, up, from_sun, sun_zenith),
-        SkyModel::General(kind) => general(kind, up, from_sun, sun_zenith),
+        SkyModel::Uniform => cloudy(1.0),
+        SkyModel::Overcast => cloudy((1.0 + 2.0 * up) / 3.0),
+        SkyModel::Clear => cloudless(general(12, up, from_sun, sun_zenith)),
+        SkyModel::General(kind @ 11..) => cloudless(general(kind, up, from_sun, sun_zenith)),
+        SkyModel::General(kind) => cloudy(general(kind, up, from_sun, sun_zenith)),
         SkyModel::Intermediate => {
             let (altitude, sun_altitude) = (FRAC_PI_2 - math::acos(up), FRAC_PI_2 - sun_zenith);
             let gradation = 1.35
@@ -165,13 +228,13 @@ fn relative(model: SkyModel, direction: DVec3, sun: DVec3, clear: f64) -> f64 {
                 + altitude
                 + 4.799;
             let haze = 0.563 * ((sun_altitude - 0.008) * (altitude + 1.059) + 0.812);
-            gradation / 2.326 * math::exp(-from_sun * haze)
+            cloudy(gradation / 2.326 * math::exp(-from_sun * haze))
         }
         SkyModel::Blend(share) => {
             // Both as they are over an open plane, so that the share is one of light.
             let bright = general(12, up, from_sun, sun_zenith) / clear;
             let dull = (1.0 + 2.0 * up) / 3.0 / (7.0 * PI / 9.0);
-            bright + (dull - bright) * share
+            Parts { cloudless: bright * (1.0 - share), cloudy: dull * share }
         }
     }
 }
@@ -243,12 +306,16 @@ impl Light for Sky {
 
     fn irradiance(&self, at: &Receiver) -> Color {
         let up = at.normal.y.clamp(-1.0, 1.0);
-        let below = self.ground * (1.0 - up) / 2.0;
-        let above = match &self.tables().irradiance {
-            None => (1.0 + up) / 2.0,
-            Some(table) => f64::from(table.at(at.normal)[0]),
+        let tables = self.tables();
+        let below = tables.horizontal * (self.ground * (1.0 - up) / 2.0) as f32;
+        let above = match &tables.irradiance {
+            None => Color::grey(((1.0 + up) / 2.0) as f32),
+            Some(table) => {
+                let [r, g, b] = table.at(at.normal);
+                Color::new(r, g, b)
+            }
         };
-        Color::grey((above + below) as f32)
+        above + below
     }
 
     fn is_mirrored(&self) -> bool {
@@ -256,14 +323,14 @@ impl Light for Sky {
     }
 
     fn luminance(&self, direction: DVec3) -> Option<Color> {
-        Some(Color::grey(Sky::luminance(self, direction) as f32))
+        Some(self.color(direction))
     }
 
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
         let direction = cosine_spread(at.normal, choice);
         // As often as each gives of the light of a grey sky.
-        let lux = Sky::luminance(self, direction) * PI;
-        Sample { toward: Toward::Direction(direction), irradiance: Color::grey(lux as f32) }
+        let irradiance = self.color(direction) * PI as f32;
+        Sample { toward: Toward::Direction(direction), irradiance }
     }
 }
 

@@ -19,6 +19,8 @@ pub enum Fault {
     NoArea,
     /// The corners do not lie in a plane.
     NotPlanar,
+    /// The corners of a face with seals or drawn edges do not lie in a plane.
+    Bent,
     /// The outline, a hole or a seal crosses or touches itself.
     CrossesItself,
     /// A hole crosses the outline.
@@ -39,6 +41,9 @@ impl std::fmt::Display for Fault {
             Fault::RepeatedCorner => "two corners in a row are one point (the second is dropped)",
             Fault::NoArea => "the face has no area (it is dropped)",
             Fault::NotPlanar => "the corners do not lie in a plane (it is divided into triangles)",
+            Fault::Bent => {
+                "the corners do not lie in a plane (a face with seals or drawn edges is taken as flat)"
+            }
             Fault::CrossesItself => {
                 "an outline crosses or touches itself (the even-odd rule holds)"
             }
@@ -94,7 +99,8 @@ fn examine_face(mesh: &Mesh, at: usize) -> Vec<Fault> {
     let off = all().map(|p| (*p - centre).dot(normal).abs()).fold(0.0, f64::max);
     let size = all().map(|p| (*p - centre).length()).fold(0.0, f64::max) * 2.0;
     if off > PLANARITY * size {
-        faults.push(Fault::NotPlanar);
+        let is_whole = !mesh.seals(at).is_empty() || mesh.edge(at).is_some();
+        faults.push(if is_whole { Fault::Bent } else { Fault::NotPlanar });
     }
     let count = outline.len() + holes.iter().chain(&seals).map(Vec::len).sum::<usize>();
     if (outline.len() == 3 && holes.is_empty() && seals.is_empty()) || count > MOST {

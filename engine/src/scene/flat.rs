@@ -2,7 +2,7 @@
 //! number, every face and seal numbered.
 
 use glam::DAffine3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -17,6 +17,7 @@ use crate::camera::Camera;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{Environment, Origin};
+use crate::image::file::Encoded;
 use crate::key::{Key, KeyHasher};
 use crate::light::list::{Entry, MakeLamp};
 
@@ -24,6 +25,9 @@ use crate::light::list::{Entry, MakeLamp};
 const MAX_INSTANCES: usize = 1 << 24;
 /// The deepest nesting of objects, definitions and files.
 const MAX_DEPTH: usize = 64;
+/// What to do about a file that gives surfaces their colours, and cannot be read.
+pub(super) const WITHOUT_PICTURES: &str =
+    "put it there, or read the scene with `pictures: false`, which shows it without";
 
 /// A plan made ready for rendering. Immutable; its key stands for its contents.
 #[derive(Clone, Debug)]
@@ -74,21 +78,55 @@ pub struct Instance {
 }
 
 impl Scene {
-    /// The pictures of its materials whose files are not there: which, of which material.
-    pub fn missing_pictures(&self) -> Vec<String> {
-        let mut missing = Vec::new();
-        for (name, material) in self.material_names.iter().zip(&self.materials) {
+    /// The pictures of its materials that have files of their own: of which material, what they are there, and the
+    /// file.
+    fn pictures(&self) -> impl Iterator<Item = (&str, &str, &Path)> {
+        let named = self.material_names.iter().zip(&self.materials);
+        named.flat_map(|(name, material)| {
             let maps = material.maps.iter();
             let maps = maps.filter_map(|(what, map)| Some((what.as_str(), map.picture.file()?)));
             let domains = material.domains.iter().filter_map(|domains| match &domains.define {
                 Define::Picture(path) => Some(("domains", path.as_str())),
                 _ => None,
             });
-            for (what, path) in maps.chain(domains).filter(|(_, path)| !Path::new(path).exists()) {
-                missing.push(format!("material \"{name}\", {what}: there is no file {path}"));
-            }
-        }
-        missing
+            maps.chain(domains).map(move |(what, path)| (name.as_str(), what, Path::new(path)))
+        })
+    }
+
+    /// The pictures of its materials whose files are not there: which, of which material, and the cure.
+    pub fn missing_pictures(&self) -> Vec<String> {
+        let missing = self.pictures().filter(|(.., path)| !path.exists());
+        let told = missing.map(|(name, what, path)| {
+            let path = path.display();
+            format!("material \"{name}\", {what}: there is no file {path}: {WITHOUT_PICTURES}")
+        });
+        told.collect()
+    }
+
+    /// The pictures of its materials whose files are there but are no pictures, or damaged at their beginning. Opens
+    /// each of them.
+    pub fn unreadable_pictures(&self) -> Vec<String> {
+        let mut looked = HashSet::new();
+        let files = self.pictures().filter(|(.., path)| path.exists() && looked.insert(*path));
+        let told = files.filter_map(|(name, what, path)| {
+            let error = Encoded::open(path).and_then(|picture| picture.head()).err()?;
+            Some(format!("material \"{name}\", {what}: {error}: {WITHOUT_PICTURES}"))
+        });
+        told.collect()
+    }
+
+    /// Colours of surfaces that nobody means: they would send back more light than they receive.
+    fn bright_colors(&self) -> Vec<String> {
+        let named = self.material_names.iter().zip(&self.materials);
+        let bright = named.filter(|(_, of)| !of.unlit && of.color.greatest() > 1.0);
+        let told = bright.map(|(name, material)| {
+            let color = material.color.to_array().map(|v| v.to_string()).join(", ");
+            format!(
+                "material \"{name}\": the colour ({color}) sends back more light than it receives: a surface's \
+                 colour is 0 to 1; what shines of itself is `unlit`, or has a `glow` in its `finish`"
+            )
+        });
+        told.collect()
     }
 
     /// Makes a plan of a document ready. Files that it names are found from `directory`. Without a
@@ -119,13 +157,13 @@ impl Scene {
     ) -> Result<(Scene, Files)> {
         let plan = document.plan(plan)?;
         let environment = plan.environment.as_ref();
-        let lights = plan.lights.iter();
-        let lights: BTreeMap<String, Entry> =
-            lights.map(|(name, light)| (name.clone(), light.clone().under(environment))).collect();
-        for (name, light) in &lights {
+        let lights = plan.lights.iter().map(|(name, light)| {
             let fault = |fault| Error::invalid(format!("light \"{name}\": {}", Error::from(fault)));
+            let light = light.clone().within(environment, &plan.lights).map_err(fault)?;
             light.check().map_err(fault)?;
-        }
+            Ok((name.clone(), light))
+        });
+        let lights = lights.collect::<Result<BTreeMap<String, Entry>>>()?;
         let mut flattening = Flattening { files, ..Flattening::default() };
         let root = DAffine3::IDENTITY;
         let top = Place {
@@ -158,7 +196,7 @@ impl Scene {
             instance.material = unnamed + u32::from(has_colors);
         }
         let files = flattening.files;
-        let scene = Scene {
+        let mut scene = Scene {
             label: label.to_owned(),
             key: key_of_all.finish(),
             instances,
@@ -172,6 +210,7 @@ impl Scene {
             files: files.keys().map(|(path, _)| path.clone()).collect(),
             origin: None,
         };
+        scene.notes.extend(scene.bright_colors());
         Ok((scene, files))
     }
 
@@ -420,6 +459,11 @@ impl Flattening {
         }
         let in_material = |e: Error| Error::invalid(format!("material \"{name}\": {e}"));
         material.finish.check().map_err(in_material)?;
+        // Files of others may be off by their rounding.
+        if !(-1e-3..=1.001).contains(&material.alpha) {
+            let message = format!("`alpha` is {}: must be 0 to 1", material.alpha);
+            return Err(in_material(Error::invalid(message)));
+        }
         let mut material = material.clone();
         for (what, map) in &mut material.maps {
             let in_map = |e: Error| in_material(Error::invalid(format!("map \"{what}\": {e}")));

@@ -47,7 +47,7 @@ pub enum Shadows {
     /// As `Volumes`, but of light from polygons, bodies and tubes by cutting what stands in the way out of
     /// them: exact too, at the middle of each fragment. Where that leaves more than some hundred parts, by rays.
     Analytic,
-    /// By this many rays per fragment, 1 to 4096, spread over the pixel and the source.
+    /// By this many rays per fragment, 1 to 16384, spread over the source, or over the pixel if that is in one place.
     Rays(u32),
 }
 
@@ -267,6 +267,8 @@ impl Deviation {
 /// One light on one batch of fragments.
 struct Lighting<'a> {
     light: &'a dyn Light,
+    /// The one place that its light comes from, as far as shadows are concerned.
+    from: Option<Toward>,
     fragments: &'a Fragments<'a>,
     batch: &'a dyn Batch,
     /// What of each fragment is lit by the light's one place, if lines tell.
@@ -291,7 +293,9 @@ impl<'a> Lighting<'a> {
     ) -> Lighting<'a> {
         let light = &*lamp.light;
         let world = around.world.filter(|_| !light.is_everywhere());
-        let exact = match (shader.shadows, light.toward(), world) {
+        let is_soft = matches!(shader.shadows, Shadows::Analytic | Shadows::Rays(_));
+        let from = light.toward().filter(|_| !is_soft || light.disc().is_none());
+        let exact = match (shader.shadows, from, world) {
             (Shadows::Volumes | Shadows::Analytic, Some(from), Some(world)) => {
                 around.batch.lit(&Casting { from, world, less: shader.less })
             }
@@ -299,12 +303,13 @@ impl<'a> Lighting<'a> {
         };
         let samples = match shader.shadows {
             Shadows::Rays(rays) => rays,
-            Shadows::Volumes | Shadows::Analytic if light.toward().is_some() => 1,
+            Shadows::Volumes | Shadows::Analytic if from.is_some() => 1,
             Shadows::Off | Shadows::Volumes | Shadows::Analytic => shader.samples,
         };
         let world = world.filter(|_| exact.is_none() && shader.shadows != Shadows::Off);
         Lighting {
             light,
+            from,
             fragments,
             batch: around.batch,
             exact,
@@ -339,7 +344,7 @@ impl<'a> Lighting<'a> {
         let whole = self.light.irradiance(&spot.receiver);
         // No light from behind a face, whatever its interpolated normal says; leaves lie all ways.
         let is_behind = |toward| self.fragments.cards.is_empty() && !spot.faces(toward);
-        let whole = if self.light.toward().is_some_and(is_behind) { Color::BLACK } else { whole };
+        let whole = if self.from.is_some_and(is_behind) { Color::BLACK } else { whole };
         if whole == Color::BLACK || self.light.is_everywhere() {
             return Share { diffuse: whole, ..Share::default() };
         }
@@ -348,7 +353,7 @@ impl<'a> Lighting<'a> {
             let gloss = shines.then(|| self.by_samples(&spot, i, whole).gloss);
             return Share { diffuse, gloss: gloss.unwrap_or_default(), error: 0.0 };
         }
-        let is_soft = self.light.toward().is_none();
+        let is_soft = self.from.is_none();
         if self.world.is_some() || (self.shines && is_soft) {
             return self.by_samples(&spot, i, whole);
         }
@@ -372,7 +377,7 @@ impl<'a> Lighting<'a> {
         let fragments = self.fragments;
         let pattern = Pattern::of(fragments, i);
         // A source in one place is the same for all rays: they are spread over what is covered.
-        let is_spread = self.light.toward().is_some() && self.samples > 1;
+        let is_spread = self.from.is_some() && self.samples > 1;
         let spread = Spread::new(if is_spread { self.batch.pieces(i) } else { Vec::new() });
         // What counts for little in the picture, as mirrored light does, takes as little of the samples.
         let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i].greatest());

@@ -6,7 +6,6 @@
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use std::f32::consts::PI;
 use std::sync::Arc;
 
 use super::pattern::{Pattern, Spread};
@@ -16,7 +15,7 @@ use crate::fragment::{
     Shader, Sight, Stage, World, stack,
 };
 use crate::key::{Key, KeyHasher};
-use crate::light::Lamp;
+use crate::light::seen::SeenSky;
 use crate::math;
 use crate::shadow;
 use crate::trace::{Accelerator, Casters, Finder, Hit, Ray, Toward};
@@ -42,8 +41,8 @@ pub struct Trace {
     pub least: f32,
     /// What rays find that meet nothing.
     pub background: Color,
-    /// A sky that they find instead, and the illuminance in lux under which a white surface shows 1.
-    pub sky: Option<(Lamp, f32)>,
+    /// A sky that they find instead, and suns.
+    pub sky: Option<SeenSky>,
     /// How the surfaces that rays meet are found.
     pub accelerator: Accelerator,
 }
@@ -327,10 +326,7 @@ impl Trace {
     /// What is seen in a direction where nothing is.
     fn beyond(&self, direction: DVec3) -> Color {
         match &self.sky {
-            Some((lamp, white)) => {
-                let luminance = lamp.light.luminance(direction).unwrap_or(Color::BLACK);
-                luminance * lamp.strength * (PI / white)
-            }
+            Some(sky) => sky.color(direction, None),
             None => self.background,
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::color::encode_srgb;
+use crate::color::{encode_srgb, srgb_byte};
 use crate::image::texels::{Samples, Texels};
 use crate::image::{Coded, Codes, Coding, Layout};
 
@@ -155,28 +155,15 @@ impl Coder {
     }
 
     fn push(&mut self, row: &[[f32; 4]], is_color: bool) {
-        // The shares of the greatest code that a texel's samples are, in order.
-        let codes = |[r, g, b, a]: [f32; 4], layout: &Layout| {
-            let straight = if a > 0.0 { 1.0 / a } else { 0.0 };
-            let coded = |v: f32| {
-                if is_color { encode_srgb((v * straight).clamp(0.0, 1.0)) } else { v }
-            };
-            let [r, g, b] = [r, g, b].map(coded);
-            let all = match layout {
-                Layout::GreyAlpha => [r, a, 0.0, 0.0],
-                _ => [r, g, b, a],
-            };
-            all.into_iter().take(layout.channels()).map(|v| v.clamp(0.0, 1.0))
-        };
         match self {
             Coder::Floats(texels) => texels.extend_from_slice(row),
             Coder::Bytes(bytes, layout) => {
-                let byte = |v: f32| (v * 255.0).round() as u8;
-                row.iter().for_each(|texel| bytes.extend(codes(*texel, layout).map(byte)));
+                let number = |v: f32| (v.clamp(0.0, 1.0) * 255.0).round() as u8;
+                code(row, layout, is_color, srgb_byte, number, bytes);
             }
             Coder::Words(words, layout) => {
-                let word = |v: f32| (v * 65_535.0).round() as u16;
-                row.iter().for_each(|texel| words.extend(codes(*texel, layout).map(word)));
+                let number = |v: f32| (v.clamp(0.0, 1.0) * 65_535.0).round() as u16;
+                code(row, layout, is_color, |v| number(encode_srgb(v)), number, words);
             }
         }
     }
@@ -191,6 +178,27 @@ impl Coder {
             Coder::Words(words, layout) => coded(layout, Codes::Words(words)),
         };
         Level { width: size.0, height: size.1, texels, meaning }
+    }
+}
+
+/// Adds the samples of texels in the order of a layout: of colours, what is not alpha by `color`, with alpha taken out;
+/// all else by `number`.
+fn code<T>(
+    row: &[[f32; 4]],
+    layout: &Layout,
+    is_color: bool,
+    color: impl Fn(f32) -> T,
+    number: impl Fn(f32) -> T,
+    codes: &mut Vec<T>,
+) {
+    let channels = layout.channels();
+    let colors = if layout.has_alpha() { channels - 1 } else { channels };
+    for [r, g, b, a] in row {
+        let straight = if *a > 0.0 { 1.0 / a } else { 0.0 };
+        for v in [r, g, b].into_iter().take(colors) {
+            codes.push(if is_color { color(v * straight) } else { number(*v) });
+        }
+        codes.extend(layout.has_alpha().then(|| number(*a)));
     }
 }
 

@@ -37,7 +37,8 @@ pub struct Resolve {
     /// exact `Fractions`.
     pub vertical: Vertical,
     /// How much what lies beside a pixel's centre counts: `Box`, `Tent`, `Gaussian`, `Mitchell` or
-    /// `Lanczos`, integrated along spans; sharper than filtering finished pixels.
+    /// `Lanczos`, integrated along spans; sharper than filtering finished pixels. `Adaptive` and `Exact` take
+    /// `Box` only.
     pub filter: Filter,
     /// How often faces are shaded: `Face`, each once; `Pixel`, each in each pixel; `Line`, each on each line
     /// in each pixel.

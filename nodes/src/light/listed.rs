@@ -3,8 +3,9 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::graph::node::FieldError;
-use spandrel_engine::graph::{Inputs, Node, Upstream};
-use spandrel_engine::light::list::{self, MakeLamp};
+use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::light::list::{self, Fault, MakeLamp};
+use spandrel_engine::trace::Toward;
 use spandrel_engine::values::Lamps;
 use std::borrow::Cow;
 
@@ -15,7 +16,7 @@ pub struct Listed<L>(L);
 
 /// A light that scenes list.
 pub trait ListedLight:
-    MakeLamp + Serialize + DeserializeOwned + JsonSchema + Default + Send + Sync + 'static
+    MakeLamp + Serialize + DeserializeOwned + JsonSchema + Default + Clone + Send + Sync + 'static
 {
     /// Its name in graphs.
     const KIND: &'static str;
@@ -90,11 +91,22 @@ impl<L: ListedLight> Node for Listed<L> {
         Lamps::check(&self.0)
     }
 
-    fn demand(&self, (): &(), _: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, (): &(), upstream: &mut Upstream<'_>) -> Result<()> {
+        if let Some(sun) = self.0.follows() {
+            upstream.ask(&Link::<Lamps>::to(sun), ());
+        }
         Ok(())
     }
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Lamps> {
-        Lamps::one(&self.0, inputs)
+        let Some(name) = self.0.follows() else { return Lamps::one(&self.0, inputs) };
+        let lamps = inputs.get(&Link::<Lamps>::to(name));
+        let sun = lamps.0.iter().find_map(|lamp| match lamp.light.toward()? {
+            Toward::Direction(sun) => Some(sun),
+            Toward::Point(_) => None,
+        });
+        let mut light = self.0.clone();
+        light.follow(sun.ok_or_else(|| Fault::no_sun(name))?);
+        Lamps::one(&light, inputs)
     }
 }

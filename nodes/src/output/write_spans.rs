@@ -62,7 +62,6 @@ impl Node for WriteSpans {
     type Output = Delivery;
     const KIND: &'static str = "WriteSpans";
     const GROUP: &'static str = "output";
-    const ALIASES: &'static [&'static str] = &["DeepWrite", "WriteDeep"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {
         let at = |field| move |e: Error| FieldError::new(field, e.to_string());

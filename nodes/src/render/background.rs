@@ -30,6 +30,8 @@ pub struct Background {
     pub gradient: Vec<(f64, Color)>,
     /// A SkyLight, as bright as it lights the scene.
     pub sky: Option<Link<Lamps>>,
+    /// With `sky`, SunLights, whose discs are seen before it.
+    pub suns: Vec<Link<Lamps>>,
     /// With `sky`, the illuminance in lux under which a white surface shows 1.
     #[schemars(range(min = 1e-9, max = 1e9))]
     pub white: f32,
@@ -54,6 +56,7 @@ impl Default for Background {
             color: Color::WHITE,
             gradient: Vec::new(),
             sky: None,
+            suns: Vec::new(),
             white: 1.0,
             picture: None,
             by: By::Fill,
@@ -92,6 +95,9 @@ impl Node for Background {
         if self.by != By::Fill && self.picture.is_none() {
             return Err(FieldError::new("by", "says how a `picture` lies: there is none"));
         }
+        if self.sky.is_none() && !self.suns.is_empty() {
+            return Err(FieldError::new("suns", "stand before a `sky`: there is none"));
+        }
         if self.white.to_bits() != 1f32.to_bits() && self.sky.is_none() {
             return Err(FieldError::new("white", "is the exposure of a `sky`: there is none"));
         }
@@ -104,7 +110,7 @@ impl Node for Background {
 
     fn demand(&self, _: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.camera, ());
-        self.sky.iter().for_each(|sky| upstream.ask(sky, ()));
+        self.sky.iter().chain(&self.suns).for_each(|light| upstream.ask(light, ()));
         let channels = BTreeSet::from([Channel::Color]);
         let whole = Picture { channels, changed: Override::default() };
         self.picture.iter().for_each(|picture| upstream.ask(picture, whole.clone()));
@@ -117,9 +123,11 @@ impl Node for Background {
         key.value(&(self.color, &self.gradient, self.white, self.by, self.turn, self.distance));
         let show = match (&self.sky, &self.picture) {
             (Some(link), _) => {
-                let lamp = inputs.get(link).sky(link.target())?;
-                key.key(lamp.key()).value(&lamp.strength);
-                Show::Sky(lamp, self.white)
+                let seen = Lamps::seen(inputs, link, &self.suns, self.white)?;
+                for lamp in seen.suns.iter().chain([&seen.sky]) {
+                    key.key(lamp.key()).value(&lamp.strength);
+                }
+                Show::Sky(seen)
             }
             (None, Some(link)) => {
                 let picture = Photograph::new(&inputs.get(link), self.by, self.turn)?;

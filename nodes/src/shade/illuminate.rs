@@ -40,12 +40,12 @@ pub struct Illuminate {
     pub white: Option<f32>,
     /// How shadows are found: `Off`; `Volumes`, exact for light from one place, by rays for other light;
     /// `Analytic`, as `Volumes`, and exact for panels, bodies and tubes too where not too much stands before
-    /// them; `Rays(n)`, n rays to each light, spread over the pixel and the light.
+    /// them; `Rays(n)`, n rays to each light, 1 to 16384, spread over the pixel and the light.
     /// Absent, `Volumes`, but none if a scene's `environment` wants none.
     pub shadows: Option<Shadows>,
     /// With `Volumes`, rays to each light that is not in one place; with `Analytic`, to those that cannot be
     /// cut; and with all, how finely such lights are seen in gloss.
-    #[schemars(range(min = 1, max = 4096))]
+    #[schemars(range(min = 1, max = 16384))]
     pub samples: u32,
     /// What the search for shadow volumes leaves out; the picture is the same. `candidates`: `Shafts`, by a tree
     /// for every patch of a face; `Clusters`, \[N]'s; `SixSpaces`, \[D]'s, around point lights; `All`, none.
@@ -144,8 +144,8 @@ impl Node for Illuminate {
             }
         }
         match self.shadows {
-            Some(Shadows::Rays(n)) if !(1..=4096).contains(&n) => {
-                Err(FieldError::new("shadows", format!("Rays({n}): must be 1 to 4096")))
+            Some(Shadows::Rays(n)) if !(1..=16384).contains(&n) => {
+                Err(FieldError::new("shadows", format!("Rays({n}): must be 1 to 16384")))
             }
             _ => Ok(()),
         }

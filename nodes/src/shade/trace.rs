@@ -36,6 +36,8 @@ pub struct Trace {
     pub background: Option<Color>,
     /// A SkyLight that they show instead.
     pub sky: Option<Link<Lamps>>,
+    /// With `sky`, SunLights whose discs they show before it.
+    pub suns: Vec<Link<Lamps>>,
     /// With `sky`, the illuminance in lux under which a white surface shows 1. Absent, that of the `Illuminate`
     /// that lit the image; if none did, 1.
     #[schemars(range(min = 1e-9, max = 1e9))]
@@ -56,6 +58,7 @@ impl Default for Trace {
             least: 0.002,
             background: None,
             sky: None,
+            suns: Vec::new(),
             white: None,
             accelerator: Accelerator::Tree,
         }
@@ -70,6 +73,9 @@ impl Node for Trace {
         &["RayTrace", "Mirror", "Reflect", "Refract", "LocalRays"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {
+        if self.sky.is_none() && !self.suns.is_empty() {
+            return Err(FieldError::new("suns", "stand before a `sky`: there is none"));
+        }
         match &self.accelerator {
             Accelerator::Tree => Ok(()),
             Accelerator::Grid(voxels) => {
@@ -81,7 +87,7 @@ impl Node for Trace {
     fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         self.beside.iter().for_each(|image| upstream.ask(image, wanted.clone()));
-        self.sky.iter().for_each(|sky| upstream.ask(sky, ()));
+        self.sky.iter().chain(&self.suns).for_each(|light| upstream.ask(light, ()));
         Ok(())
     }
 
@@ -90,7 +96,7 @@ impl Node for Trace {
         let sky = match &self.sky {
             Some(link) => {
                 let white = self.white.or(image.white()).unwrap_or(1.0);
-                Some((inputs.get(link).sky(link.target())?, white))
+                Some(Lamps::seen(inputs, link, &self.suns, white)?)
             }
             None => None,
         };

@@ -27,7 +27,8 @@ pub struct ReadScene {
     /// degrees.
     #[schemars(range(min = 0.0, max = 180.0))]
     pub crease: Option<f64>,
-    /// Whether surfaces show their pictures: `false` for scenes whose pictures are not at hand.
+    /// Whether surfaces show their pictures: `false` for scenes whose pictures are not at hand. A library of materials
+    /// that is missing then goes without a word too.
     pub pictures: Option<bool>,
     /// The level of detail in which a city's buildings are shown, such as 1 or 2.2: a building and its parts in one,
     /// or in the nearest coarser level that they have. A whole number means its finest refinement too (2.2 for 2).
@@ -55,11 +56,7 @@ impl Node for ReadScene {
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.resolve(inputs), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));
-        for missing in scene.missing_pictures() {
-            inputs.warn(&format!(
-                "{missing}: it cannot be shaded so; `pictures: false` leaves all away"
-            ));
-        }
+        scene.missing_pictures().iter().for_each(|missing| inputs.warn(missing));
         let without_area: usize = scene.faults().map(|(_, faults)| faults.without_area).sum();
         if without_area > 0 {
             let file = &file.0;

@@ -12,7 +12,7 @@ use std::path::Path;
 /// those with which it was written. Scenes that it names are found again, so that it can be lit; without them,
 /// depth, merging and the stored colours remain, and a warning says so; lights are an error then.
 ///
-/// A link to an image may name the file itself.
+/// A link to an image may name the file itself. Deep OpenEXR files are not read.
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReadSpans {
@@ -26,7 +26,6 @@ impl Node for ReadSpans {
     type Output = SpanImage;
     const KIND: &'static str = "ReadSpans";
     const GROUP: &'static str = "source";
-    const ALIASES: &'static [&'static str] = &["DeepRead", "ReadDeep"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {
         let is_other = |file: &str| Path::new(file).extension().is_none_or(|e| e != "span");

@@ -37,8 +37,11 @@ impl Node for SceneCamera {
         };
         found.cloned().ok_or_else(|| {
             let label = &scene.label;
-            Error::invalid(match scene.cameras.len() {
-                0 => format!("the scene {label} has no camera: use a Camera node"),
+            Error::invalid(match (&self.name, scene.cameras.len()) {
+                (_, 0) => format!("the scene {label} has no camera: use a Camera node"),
+                (Some(name), _) => {
+                    format!("{label} has no camera \"{name}\": set `name` to one of {}", names())
+                }
                 _ => format!("set `name` to a camera of {label}: {}", names()),
             })
         })

@@ -1,15 +1,18 @@
 //! Lights from infinitely far, and from everywhere.
 
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{SeqAccess, Visitor, value::SeqAccessDeserializer};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::borrow::Cow;
+use std::fmt;
 use std::path::Path;
 
 use super::{Fault, LampFile, MakeLamp, Result, check_color, lamp, strength, unit};
 use crate::color::Color;
 use crate::light::Lamp;
 use crate::light::panorama::Panorama;
-use crate::light::point::Parallel;
+use crate::light::point::{Disc, Parallel};
 use crate::light::sky::{Ambient, Sky, SkyModel};
 use crate::light::sun::{self, Moment};
 use crate::math;
@@ -25,6 +28,10 @@ pub struct ParallelLight {
     /// `Illuminate`.
     #[schemars(range(min = 0.0))]
     pub illuminance: f64,
+    /// The diameter in degrees of the disc that it comes from. Above 0, its shadows are soft where `shadows` is
+    /// `Analytic` or `Rays`; `Volumes` take the middle of the disc.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub angle: f64,
     /// The light's colour.
     pub color: Color,
     /// The temperature in kelvin of a black body whose colour it has, times `color`.
@@ -38,6 +45,7 @@ impl Default for ParallelLight {
         ParallelLight {
             direction: DVec3::new(-1.0, -2.0, -1.0),
             illuminance: 1.0,
+            angle: 0.0,
             color: Color::WHITE,
             temperature: None,
             on: true,
@@ -49,8 +57,21 @@ impl MakeLamp for ParallelLight {
     fn lamp(&self, name: &str, _: &Path) -> Result<Lamp> {
         let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
         let toward = -unit("direction", self.direction)?;
-        Ok(lamp(name, self.on, strength, Parallel { toward }))
+        far(name, self.on, strength, toward, self.angle)
     }
+}
+
+/// A lamp infinitely far away, whose disc has a diameter in degrees.
+fn far(name: &str, on: bool, strength: Color, toward: DVec3, angle: f64) -> Result<Lamp> {
+    if !(0.0..=10.0).contains(&angle) {
+        return Err(Fault::new("angle", format!("{angle} degrees: must be 0 to 10")));
+    }
+    let radius = angle.to_radians() / 2.0;
+    // Below that it is smaller than rounding.
+    if radius < 1e-6 {
+        return Ok(lamp(name, on, strength, Parallel { toward }));
+    }
+    Ok(lamp(name, on, strength, Disc { toward, radius }))
 }
 
 /// The sun, by place and time. Below the horizon it gives no light.
@@ -69,6 +90,10 @@ pub struct SunLight {
     pub north: f64,
     /// Illuminance of what faces it, in lux; absent, that of a clear day (IES): 127500 beyond the air.
     pub illuminance: Option<f64>,
+    /// The diameter of its disc in degrees. Its shadows are soft where `shadows` is `Analytic` or `Rays`; `Volumes`
+    /// take the middle of the disc.
+    #[schemars(range(min = 0.0, max = 10.0))]
+    pub angle: f64,
     /// The light's colour.
     pub color: Color,
     /// The temperature in kelvin of a black body whose colour it has, times `color`.
@@ -85,6 +110,7 @@ impl Default for SunLight {
             time: "2026-06-21T12:00+09:00".to_owned(),
             north: 0.0,
             illuminance: None,
+            angle: 0.533,
             color: Color::WHITE,
             temperature: None,
             on: true,
@@ -122,7 +148,7 @@ impl MakeLamp for SunLight {
         let is_up = toward.y > 0.0;
         let lux = self.illuminance.unwrap_or_else(|| sun::illuminance(toward));
         let strength = strength("illuminance", lux, self.color, self.temperature)?;
-        Ok(lamp(name, self.on && is_up, strength, Parallel { toward: unit("time", toward)? }))
+        far(name, self.on && is_up, strength, unit("time", toward)?, self.angle)
     }
 }
 
@@ -143,19 +169,65 @@ pub struct SkyLight {
     /// Illuminance that it gives to an open horizontal plane, in lux.
     #[schemars(range(min = 0.0))]
     pub illuminance: f64,
-    /// The direction to the sun, for the skies that have one; its own light is a SunLight or
-    /// ParallelLight.
-    #[schemars(with = "[f64; 3]")]
-    pub sun: DVec3,
+    /// For the skies that have a sun, a SunLight or ParallelLight, which gives the sun's own light: the sky follows it.
+    /// Or the direction to the sun.
+    pub sun: SkySun,
     /// Share of the sky's light that the ground below all sends back.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub ground: f64,
-    /// The light's colour.
+    /// The light's colour; times it, what the sky has of its own: `Clear`, `General(11)` to `General(15)` and the clear
+    /// share of `Blend` are blue, paler at the horizon, and all others grey.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    /// The temperature in kelvin of a black body whose colour all of it has, times `color`, instead of the sky's own.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,
+}
+
+/// Where the sun of a sky stands.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum SkySun {
+    /// In a direction; its length does not matter.
+    Toward(DVec3),
+    /// Where a light is, by its name: a node of the graph, or one of the same list.
+    Of(String),
+}
+
+impl<'de> Deserialize<'de> for SkySun {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<SkySun, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = SkySun;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("the name of a SunLight, or a direction such as (1, 2, 1)")
+            }
+
+            fn visit_str<E>(self, name: &str) -> std::result::Result<SkySun, E> {
+                Ok(SkySun::Of(name.to_owned()))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> std::result::Result<SkySun, A::Error> {
+                DVec3::deserialize(SeqAccessDeserializer::new(seq)).map(SkySun::Toward)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl JsonSchema for SkySun {
+    fn schema_name() -> Cow<'static, str> {
+        "sun".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let number = json_schema!({ "type": "number" });
+        json_schema!({ "anyOf": [
+            { "type": "string", "x-link": "Light" },
+            { "type": "array", "prefixItems": [number, number, number] },
+        ] })
+    }
 }
 
 impl Default for SkyLight {
@@ -165,7 +237,7 @@ impl Default for SkyLight {
             picture: None,
             turn: 0.0,
             illuminance: 1.0,
-            sun: DVec3::new(1.0, 2.0, 1.0),
+            sun: SkySun::Toward(DVec3::new(1.0, 2.0, 1.0)),
             ground: 0.0,
             color: Color::WHITE,
             temperature: None,
@@ -176,7 +248,23 @@ impl Default for SkyLight {
 
 impl MakeLamp for SkyLight {
     fn check(&self) -> Result<()> {
-        SkyLight { picture: None, ..self.clone() }.lamp("", Path::new("")).map(drop)
+        let sun = match self.sun {
+            SkySun::Toward(sun) => sun,
+            SkySun::Of(_) => DVec3::Y,
+        };
+        let known = SkyLight { picture: None, sun: SkySun::Toward(sun), ..self.clone() };
+        known.lamp("", Path::new("")).map(drop)
+    }
+
+    fn follows(&self) -> Option<&str> {
+        match &self.sun {
+            SkySun::Toward(_) => None,
+            SkySun::Of(name) => Some(name),
+        }
+    }
+
+    fn follow(&mut self, sun: DVec3) {
+        self.sun = SkySun::Toward(sun);
     }
 
     fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
@@ -189,12 +277,21 @@ impl MakeLamp for SkyLight {
             let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
             return Ok(lamp(name, self.on, strength, panorama));
         }
-        let sun = unit("sun", self.sun)?;
+        let sun = match &self.sun {
+            SkySun::Toward(sun) => unit("sun", *sun)?,
+            SkySun::Of(name) => {
+                return Err(Fault::new(
+                    "sun",
+                    format!("where \"{name}\" stands is not known here"),
+                ));
+            }
+        };
         let model = self.model.unwrap_or(SkyModel::Overcast);
         let sky = Sky::new(model, sun, self.ground).map_err(|e| {
             let needs_sun = !matches!(model, SkyModel::Uniform | SkyModel::Overcast);
             Fault::new(if needs_sun && sun.y < 0.0 { "sun" } else { "model" }, e)
         })?;
+        let sky = if self.temperature.is_none() { sky.colored() } else { sky };
         let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
         Ok(lamp(name, self.on, strength, sky))
     }

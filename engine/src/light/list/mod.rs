@@ -5,13 +5,14 @@ mod distant;
 mod extended;
 mod small;
 
-pub use distant::{AmbientLight, ParallelLight, SkyLight, SunLight};
+pub use distant::{AmbientLight, ParallelLight, SkyLight, SkySun, SunLight};
 pub use extended::{AreaLight, LinearLight, PolyhedralLight};
 pub use small::{PointLight, SpotLight};
 
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -35,6 +36,11 @@ pub struct Fault {
 impl Fault {
     fn new(field: &'static str, message: impl std::fmt::Display) -> Fault {
         Fault { field, error: Error::invalid(message.to_string()) }
+    }
+
+    /// What a sky follows is not infinitely far away.
+    pub fn no_sun(name: &str) -> Fault {
+        Fault::new("sun", format!("\"{name}\" is no SunLight or ParallelLight"))
     }
 }
 
@@ -86,6 +92,14 @@ pub trait MakeLamp {
         None
     }
 
+    /// The name of the light that it takes its sun from, if it does.
+    fn follows(&self) -> Option<&str> {
+        None
+    }
+
+    /// Tells it where the sun stands that it follows.
+    fn follow(&mut self, _sun: DVec3) {}
+
     /// Whether the lamp can be made, as far as no file tells.
     ///
     /// # Errors
@@ -110,6 +124,21 @@ impl Entry {
         }
     }
 
+    /// The name of its kind.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Entry::ParallelLight(_) => "ParallelLight",
+            Entry::SunLight(_) => "SunLight",
+            Entry::PointLight(_) => "PointLight",
+            Entry::SpotLight(_) => "SpotLight",
+            Entry::LinearLight(_) => "LinearLight",
+            Entry::AreaLight(_) => "AreaLight",
+            Entry::PolyhedralLight(_) => "PolyhedralLight",
+            Entry::SkyLight(_) => "SkyLight",
+            Entry::AmbientLight(_) => "AmbientLight",
+        }
+    }
+
     /// The file that it is made from, to change it.
     pub fn file_mut(&mut self) -> Option<&mut LampFile> {
         match self {
@@ -120,12 +149,31 @@ impl Entry {
         }
     }
 
-    /// The light as the rest of its scene has it: what it leaves open, the environment may say.
-    pub fn under(mut self, environment: Option<&Environment>) -> Entry {
-        if let (Entry::SkyLight(sky), Some(environment)) = (&mut self, environment) {
-            sky.model = sky.model.or(Some(SkyModel::Blend(environment.overcast)));
+    /// The light as the rest of its scene has it: what it leaves open, the environment may say, and where the sun
+    /// stands that it follows, another light of the list.
+    ///
+    /// # Errors
+    /// If it follows what is no sun.
+    pub fn within(
+        mut self,
+        environment: Option<&Environment>,
+        lights: &BTreeMap<String, Entry>,
+    ) -> Result<Entry> {
+        let Entry::SkyLight(sky) = &mut self else { return Ok(self) };
+        let overcast = environment.map(|known| SkyModel::Blend(known.overcast));
+        sky.model = sky.model.or(overcast);
+        if let Some(name) = sky.follows() {
+            let sun = match lights.get(name) {
+                Some(Entry::SunLight(sun)) => sun.toward()?,
+                Some(Entry::ParallelLight(light)) => -light.direction,
+                Some(_) => return Err(Fault::no_sun(name)),
+                None => {
+                    return Err(Fault::new("sun", format!("the list has no light \"{name}\"")));
+                }
+            };
+            sky.follow(sun);
         }
-        self
+        Ok(self)
     }
 }
 

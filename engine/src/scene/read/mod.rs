@@ -126,6 +126,8 @@ struct Reader {
     about: Vec<String>,
     /// Whether what needs time is found too.
     examines: bool,
+    /// Whether it is told that surfaces do not look as they should.
+    wants_pictures: bool,
     /// Where the file has degrees, the origin on the plane that it is laid on.
     degrees: Option<[f64; 3]>,
 }
@@ -158,6 +160,7 @@ pub fn examined(path: &Path, options: &ReadOptions) -> Result<Reading> {
 fn read(mut reader: Reader, path: &Path, options: &ReadOptions) -> Result<Reading> {
     check(options)?;
     let mut options = *options;
+    reader.wants_pictures = options.pictures != Some(false);
     // What nobody asks for is no part of the key: files of spans that were written before know their scenes.
     reader.key.bytes(format!("{options:?}").replace(", lod: None", "").as_bytes());
     let bytes = reader.bytes(path)?;
@@ -267,6 +270,7 @@ impl Reader {
             notes: Vec::new(),
             about: Vec::new(),
             examines: false,
+            wants_pictures: true,
             degrees: None,
         }
     }

@@ -55,7 +55,9 @@ impl Draft {
         if self.map_ka.is_some_and(|map| self.material.maps.get("color") != Some(&map)) {
             tell("map_Ka");
         }
-        if self.ni.is_some_and(|ni| ni != 1.0) && !shows_ni {
+        // The illuminations up to 2 have no use for it, and Blender writes it beside them always.
+        let has_no_use = matches!(self.illum, Some(0..=2)) && self.material.alpha == 1.0;
+        if self.ni.is_some_and(|ni| ni != 1.0) && !shows_ni && !has_no_use {
             tell("Ni");
         }
         if self.material.maps.contains_key("emission") && self.material.finish.glow == Color::BLACK

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::super::super::flat::WITHOUT_PICTURES;
 use super::super::super::material::Material;
 use super::super::{Reader, mtl};
 use crate::error::Result;
@@ -23,7 +24,9 @@ pub(super) fn read(
         let (path, bytes) = match reader.sibling(name) {
             Ok(library) => library,
             Err(error) => {
-                reader.note(format!("a material library is missing: {error}"));
+                if reader.wants_pictures {
+                    reader.note(format!("library of materials: {error}: {WITHOUT_PICTURES}"));
+                }
                 continue;
             }
         };

@@ -202,6 +202,7 @@ fn define(
         unplaced += part.faces_without_uvs(&pictured);
     }
     match &missing[..] {
+        _ if !reader.wants_pictures => {}
         [] => {}
         [name] => reader.note(format!("material \"{name}\" is not defined: a plain one is used")),
         names => {
