@@ -18,7 +18,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-const SIZE: (u32, u32) = (240, 160);
+const SIZE: (u32, u32) = (168, 112);
 
 fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
@@ -42,7 +42,10 @@ fn render(path: &Path, folder: &Path) -> Vec<String> {
         Ok(graph) => graph,
         Err(faults) => panic!("{}: {faults:?}", path.display()),
     };
-    let changed = Override { size: Some(SIZE), ..Override::default() };
+    // Spans from a file have the size that they have.
+    let is_stored = graph.nodes().any(|node| node.kind == "ReadSpans");
+    let size = Some(SIZE).filter(|_| !is_stored);
+    let changed = Override { size, ..Override::default() };
     let wish = Picture { channels: BTreeSet::from([Channel::Color]), changed };
     let pictures = graph.nodes().filter(|node| ["Resolve", "Refine"].contains(&node.kind));
     let ids: Vec<String> = pictures.map(|node| node.id.to_owned()).collect();

@@ -22,7 +22,7 @@ struct Input {
     lines: &'static str,
 }
 
-const DIMENSIONS: [Dimension; 16] = [
+const DIMENSIONS: [Dimension; 19] = [
     ("corners of a face", 625, |n| resolved(polygon(&star(n, 4.0), &[], &[]))),
     ("corners, `Exact`", 156, |n| Input {
         lines: "Exact",
@@ -40,6 +40,9 @@ const DIMENSIONS: [Dimension; 16] = [
         scenes: vec![with_materials(n, &boxes(n, |i| format!("m{i}")))],
         ..resolved(String::new())
     }),
+    ("faces of an OBJ", 2_500, |n| resolved(obj(n))),
+    ("faces of a text PLY", 2_500, |n| resolved(ply(n))),
+    ("faces of a text STL", 2_500, |n| resolved(stl(n))),
     ("sources", 16, sources),
     ("translucent layers", 8, |n| resolved(panes(n))),
     ("lights", 16, lights),
@@ -100,6 +103,55 @@ fn measure(folder: &Path, input: &Input) -> f64 {
     };
     let first = run();
     if first > 5.0 { first } else { first.min(run()) }
+}
+
+/// The corners of triangles beside each other; a file is known by its first bytes, whatever its name.
+fn triangles(count: usize) -> impl Iterator<Item = [[f64; 2]; 3]> {
+    let side = (count as f64).sqrt().ceil();
+    let at = move |v: f64| v / side * 8.0 - 4.0;
+    (0..count).map(move |i| {
+        let (x, y) = ((i as f64 % side).floor(), (i as f64 / side).floor());
+        [[at(x), at(y)], [at(x + 0.9), at(y)], [at(x), at(y + 0.9)]]
+    })
+}
+
+fn obj(count: usize) -> String {
+    let mut text = String::new();
+    for (i, corners) in triangles(count).enumerate() {
+        corners.iter().for_each(|[x, y]| {
+            let _ = writeln!(text, "v {x} {y} 0");
+        });
+        let _ = writeln!(text, "f {} {} {}", 3 * i + 1, 3 * i + 2, 3 * i + 3);
+    }
+    text
+}
+
+fn ply(count: usize) -> String {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {count}\nproperty list uchar int vertex_indices\nend_header\n",
+        3 * count
+    );
+    for [x, y] in triangles(count).flatten() {
+        let _ = writeln!(text, "{x} {y} 0");
+    }
+    for i in 0..count {
+        let _ = writeln!(text, "3 {} {} {}", 3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    text
+}
+
+fn stl(count: usize) -> String {
+    let mut text = "solid field\n".to_owned();
+    for corners in triangles(count) {
+        text += "facet normal 0 0 1\nouter loop\n";
+        for [x, y] in corners {
+            // The format's unit is a millimetre, and z is up.
+            let _ = writeln!(text, "vertex {} 0 {}", x * 1e3, y * 1e3);
+        }
+        text += "endloop\nendfacet\n";
+    }
+    text + "endsolid field\n"
 }
 
 fn resolved(scene: String) -> Input {

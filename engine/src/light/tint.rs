@@ -155,7 +155,8 @@ mod tests {
         assert!(horizon[0] > zenith[0] + 0.02 && horizon[1] > zenith[1] + 0.02, "{horizon:?}");
         for up in [0.0, 0.1, 0.5, 1.0] {
             let direction = DVec3::new(0.0, up, f64::sqrt(1.0 - up * up));
-            assert!((low.color(direction).luminance() - 1.0).abs() < 1e-5);
+            // The weights of a colour's luminance have four digits.
+            assert!((low.color(direction).luminance() - 1.0).abs() < 1e-4);
         }
     }
 

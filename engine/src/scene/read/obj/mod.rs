@@ -19,7 +19,7 @@ use self::part::{Lists, Part};
 use super::super::document::{Document, Object, Plan};
 use super::super::material::Material;
 use super::super::shape::Shape;
-use super::words::statements;
+use super::words::{Words, statements};
 use super::{Names, Reader, colors};
 use crate::color::Color;
 use crate::error::Result;
@@ -66,13 +66,16 @@ const SILENT: [&str; 27] = [
     "s",
 ];
 
-/// Statements that are told: how many, and the line of the first.
+/// Statements that are told: how many, and where the first is. Its line is counted only when it is told.
 #[derive(Default)]
-struct Told(BTreeMap<String, (usize, usize)>);
+struct Told<'t>(BTreeMap<String, (usize, &'t str)>);
 
-impl Told {
-    fn add(&mut self, what: &str, line: usize) {
-        self.0.entry(what.to_owned()).or_insert((0, line)).0 += 1;
+impl<'t> Told<'t> {
+    fn add(&mut self, what: &str, word: &'t str) {
+        match self.0.get_mut(what) {
+            Some((count, _)) => *count += 1,
+            None => drop(self.0.insert(what.to_owned(), (1, word))),
+        }
     }
 }
 
@@ -88,18 +91,14 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
     for mut words in statements(&path, text) {
         let Some(keyword) = words.next() else {
             if words.name().starts_with("#MRGB") {
-                told.add(
-                    "lines of colours in comments (#MRGB) are not read",
-                    words.line(words.name()),
-                );
+                told.add("lines of colours in comments (#MRGB) are not read", words.name());
             }
             continue;
         };
         match keyword {
             "v" => {
-                let line = words.line(keyword);
                 if let Some(what) = lists.vertex(&mut words)? {
-                    told.add(what, line);
+                    told.add(what, keyword);
                 }
             }
             "vt" => {
@@ -108,7 +107,7 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
                 let uv = Vec2::new(u, v);
                 if !uv.is_finite() {
                     let what = "texture coordinates are not finite, and 0";
-                    told.add(what, words.line(keyword));
+                    told.add(what, keyword);
                 }
                 lists.uvs.push(if uv.is_finite() { uv } else { Vec2::ZERO });
             }
@@ -117,7 +116,7 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
                 let normal = DVec3::new(number()?, number()?, number()?);
                 if !normal.is_finite() {
                     let what = "normals are not finite: their faces are flat";
-                    told.add(what, words.line(keyword));
+                    told.add(what, keyword);
                 }
                 // 0, if it has no direction.
                 lists.normals.push(normal.normalize_or_zero().as_vec3());
@@ -125,10 +124,10 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
             "f" | "fo" => {
                 let part = parts.last_mut().expect("there is always a part");
                 let seen = part.face(&lists, &mut words, material.as_deref())?;
-                let line = words.line(keyword);
-                seen.into_iter().for_each(|what| told.add(what, line));
+                seen.into_iter().for_each(|what| told.add(what, keyword));
                 if is_smooth && !part.last_has_normals() {
-                    told.add("faces of smoothing groups have no normals and are shown flat (`crease` smooths them)", line);
+                    let what = "faces of smoothing groups have no normals and are shown flat (`crease` smooths them)";
+                    told.add(what, keyword);
                 }
             }
             "o" | "g" if (keyword == "o") == has_objects => {
@@ -137,17 +136,16 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
             "s" => is_smooth = !matches!(words.peek(), None | Some("off" | "0")),
             "usemtl" => material = Some(words.name().to_owned()).filter(|name| !name.is_empty()),
             "mtllib" => libraries::read(reader, words.name(), &mut materials)?,
-            _ => {
-                let line = words.line(keyword);
-                match NOT_SHOWN.iter().find(|(words, _)| words.contains(&keyword)) {
-                    Some((_, what)) => told.add(what, line),
-                    None if SILENT.contains(&keyword) => {}
-                    None => told.add(&format!("statements \"{keyword}\" are not read"), line),
-                }
-            }
+            _ => match NOT_SHOWN.iter().find(|(words, _)| words.contains(&keyword)) {
+                Some((_, what)) => told.add(what, keyword),
+                None if SILENT.contains(&keyword) => {}
+                None => told.add(&format!("statements \"{keyword}\" are not read"), keyword),
+            },
         }
     }
-    for (what, (count, line)) in told.0 {
+    let whole = Words::from(&path, text, 0);
+    for (what, (count, word)) in told.0 {
+        let line = whole.line(word);
         reader.note(format!("{count} {what}, the first in line {line}"));
     }
     parts.retain(|part| !part.faces.is_empty());
