@@ -96,6 +96,8 @@ fn measure(folder: &Path, input: &Input) -> f64 {
         let status = std::process::Command::new(program.join("spandrel-under-test"))
             .args(["render", "g.ron", "-q"])
             .current_dir(folder)
+            // That a file is of another format than it is named is told.
+            .stderr(std::process::Stdio::null())
             .status()
             .expect("the program can be run: build it with `cargo build --release --workspace`");
         assert!(status.success(), "it renders");
