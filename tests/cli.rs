@@ -408,6 +408,12 @@ fn spans_are_written_merged_compared_and_read() {
     std::fs::write(folder.0.join("two.ron"), two.replace("\"unused\"", other)).unwrap();
     let ran = folder.run(&["render", "two.ron", "-w", "balls", "-o", "x.span"]);
     assert!(ran.err.contains("resolves with different sizes or lines"), "{ran:?}");
+    // The cure cures.
+    let said = ["size=(9,9)", "lines=Sloped(2)"].map(|v| format!("file_of_the_command_line.{v}"));
+    let [size, lines] = said.each_ref().map(String::as_str);
+    let cured = ["render", "two.ron", "-w", "balls", "-o", "x.span", "--set", size, "--set", lines];
+    let ran = folder.run(&cured);
+    assert!(ran.code == Some(0) && !ran.err.contains("warning"), "{ran:?}");
     let ran = folder.run(&["render", "t.ron", "-w", "balls", "-o", "balls.span"]);
     assert_eq!(ran.code, Some(0), "{ran:?}");
     let info = folder.run(&["info", "balls.span"]);

@@ -126,11 +126,11 @@ impl Materials {
     /// Adds those that a scene's faces show.
     pub(crate) fn of_scene(&mut self, scene: &Scene) {
         let mut faces = vec![0; scene.materials.len()];
+        let mut beside = vec![false; scene.materials.len()];
         for instance in &scene.instances {
             let mesh = instance.geometry.mesh();
             let mut show = |sides: Sides, front: bool| {
-                let at = instance.material_of(sides, front);
-                self.beside.insert(scene.material_names[at as usize].clone());
+                beside[instance.material_of(sides, front) as usize] = true;
             };
             for face in 0..mesh.face_count() {
                 faces[instance.material_of(mesh.sides(face), true) as usize] += 1;
@@ -141,6 +141,8 @@ impl Materials {
                 }
             }
         }
+        let shown = scene.material_names.iter().zip(beside).filter(|(_, is)| *is);
+        self.beside.extend(shown.map(|(name, _)| name.clone()));
         let domains = scene.materials.iter().filter_map(|material| material.domains.as_ref());
         self.beside.extend(domains.flat_map(|domains| domains.table.values().cloned()));
         let named = scene.material_names.iter().zip(&scene.materials).zip(faces);

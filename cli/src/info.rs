@@ -78,11 +78,9 @@ fn graph(registry: &Registry, path: &Path) -> Result<String> {
         Ok(document) => {
             let folder = path.parent().unwrap_or(Path::new(""));
             let graph = Graph::check(&document, registry, folder).ok();
-            let is_light = |kind: &str| registry.kind(kind).is_some_and(|k| k.group == "light");
+            let lights = graph.as_ref().map(lights::of_graph).unwrap_or_default();
             for node in &document.nodes {
-                let light = graph.as_ref().filter(|_| is_light(&node.kind));
-                let about = light.and_then(|graph| lights::of_node(graph, &node.id));
-                let about = about.filter(|about| !about.is_empty());
+                let about = lights.get(node.id.as_str()).filter(|about| !about.is_empty());
                 let about = about.map_or(String::new(), |about| format!(", {about}"));
                 let _ = writeln!(out, "  {}: {}{about}", node.id, node.kind);
             }

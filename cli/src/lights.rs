@@ -3,13 +3,14 @@
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::Environment;
 use spandrel_engine::graph::demand::Wishes;
-use spandrel_engine::graph::{Graph, Plan, Run};
+use spandrel_engine::graph::{Graph, Plan, Run, Value};
 use spandrel_engine::light::Lamp;
 use spandrel_engine::light::list::MakeLamp;
 use spandrel_engine::math;
 use spandrel_engine::scene::Scene;
 use spandrel_engine::trace::Toward;
 use spandrel_engine::values::Lamps;
+use std::collections::BTreeMap;
 
 /// A lamp in words: where it stands or shines from, and whether it is on.
 fn about(lamp: &Lamp) -> String {
@@ -57,16 +58,27 @@ pub(crate) fn of_scene(scene: &Scene) -> Vec<String> {
     told.collect()
 }
 
-/// What a light of a graph gives, if it is one and can be made.
-pub(crate) fn of_node(graph: &Graph, id: &str) -> Option<String> {
-    let mut wishes = Wishes::new();
-    wishes.want::<Lamps>(id, ());
-    let plan = Plan::new(graph, &wishes).ok()?;
-    let done = Run::new().evaluate(graph, &plan, &()).ok()?;
-    match &done.value::<Lamps>(0).0[..] {
-        [lamp] => Some(about(lamp)),
-        _ => None,
-    }
+/// The lights of a graph in words, by node: those that can be made, of lights at most, so that nothing is rendered.
+pub(crate) fn of_graph(graph: &Graph) -> BTreeMap<&str, String> {
+    let lights: BTreeMap<&str, Vec<&str>> = graph
+        .nodes()
+        .filter(|node| node.output == Lamps::NAME)
+        .map(|node| (node.id, node.uses))
+        .collect();
+    let run = Run::new();
+    let about_node = |id: &str| {
+        let mut wishes = Wishes::new();
+        wishes.want::<Lamps>(id, ());
+        let plan = Plan::new(graph, &wishes).ok()?;
+        let done = run.evaluate(graph, &plan, &()).ok()?;
+        match &done.value::<Lamps>(0).0[..] {
+            [lamp] => Some(about(lamp)),
+            _ => None,
+        }
+    };
+    let is_made_of_lights = |uses: &[&str]| uses.iter().all(|used| lights.contains_key(used));
+    let known = lights.iter().filter(|(_, uses)| is_made_of_lights(uses));
+    known.filter_map(|(id, _)| Some((*id, about_node(id)?))).collect()
 }
 
 /// A scene's environment record (\[D], "Rendering condition data").

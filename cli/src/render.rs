@@ -233,7 +233,7 @@ fn outputs(registry: &Registry, args: &Render, document: &mut Document) -> Resul
     };
     // A picture that is asked for by name gets a writer of its own.
     let (lines, ending) = match writer_kind {
-        "WriteSpans" => (resolved(document), "span"),
+        "WriteSpans" => (resolved(document, &args.set), "span"),
         _ => (String::new(), "png"),
     };
     let path = absolute(&with_ending(file, ending));
@@ -270,7 +270,7 @@ fn writer_of(output: &str, file: &Path) -> Option<&'static str> {
 }
 
 /// The size and the lines with which the graph's spans are resolved, as fields, if all are resolved alike.
-fn resolved(document: &Document) -> String {
+fn resolved(document: &Document, settings: &[Setting]) -> String {
     let mut all: Vec<String> = Vec::new();
     for raw in document.nodes.iter().filter(|raw| raw.kind == "Resolve") {
         let size = raw.value("size").map_or(String::new(), |size| format!(", size: {size}"));
@@ -287,6 +287,13 @@ fn resolved(document: &Document) -> String {
     match &all[..] {
         [] => String::new(),
         [only] => only.clone(),
+        // Who says which is not asked.
+        _ if ["size", "lines"]
+            .iter()
+            .all(|field| settings.iter().any(|set| set.node == WRITER && set.field == *field)) =>
+        {
+            String::new()
+        }
         _ => {
             print::warning(format!(
                 "the graph resolves with different sizes or lines, and the file has those that WriteSpans has by \
