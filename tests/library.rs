@@ -99,6 +99,15 @@ fn every_node_stands_in_the_gallery_and_every_graph_is_sound() {
     }
 }
 
+/// A picture that depends on the gallery's own products would change with each of them.
+#[test]
+fn the_gallery_reads_nothing_that_it_makes() {
+    for path in gallery() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(!text.contains("\"pictures/"), "{} reads from pictures/", path.display());
+    }
+}
+
 #[test]
 fn no_node_is_missing_from_the_librarys_list() {
     let mut files = 0;
