@@ -62,6 +62,24 @@ fn defaults_parse_and_only_links_and_files_are_needed() {
     }
 }
 
+/// The example with which the manual of each node ends: it is understood, but for the nodes and files that it names.
+#[test]
+fn every_node_ends_with_an_example() {
+    let registry = registry();
+    for kind in registry.kinds() {
+        let (_, example) =
+            kind.doc.rsplit_once("Example: `").unwrap_or_else(|| panic!("{}", kind.name));
+        let example =
+            example.strip_suffix('`').unwrap_or_else(|| panic!("{}: it ends there", kind.name));
+        assert!(example.starts_with(&format!("{}(", kind.name)), "{example}");
+        let document = Document::parse(&format!("Graph(nodes: {{\"it\": {example}}})")).unwrap();
+        for fault in Graph::check(&document, &registry, Path::new("")).err().unwrap_or_default() {
+            let names = ["there is no node", "there is no file"];
+            assert!(names.iter().any(|name| fault.message.contains(name)), "{example}: {fault:?}");
+        }
+    }
+}
+
 #[test]
 fn every_node_refuses_nonsense() {
     let registry = registry();
@@ -119,24 +137,26 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 30] = [
+const LAYERS: [(&str, &[&str]); 33] = [
     ("error", &["text"]),
     ("math", &[]),
     ("key", &[]),
     ("output", &["error"]),
     ("text", &[]),
     ("machine", &[]),
-    ("open", &["error", "output", "text"]),
+    ("watch", &["error", "key"]),
+    ("open", &["error", "key", "output", "text", "watch"]),
+    ("cache", &["key", "machine", "watch"]),
     ("color", &["math"]),
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),
-    ("image", &["color", "error", "machine", "math", "open", "output", "text"]),
+    ("image", &["color", "error", "machine", "math", "open", "output", "text", "watch"]),
     ("polygon", &[]),
     ("packed", &["color"]),
     ("trace", &["camera", "math", "polygon"]),
     ("stream", &["color", "error", "math", "text"]),
-    ("texture", &["color", "error", "image", "key", "math"]),
-    ("picture", &["color", "error", "image", "key", "math", "polygon", "texture"]),
+    ("texture", &["color", "error", "image", "key", "math", "watch"]),
+    ("picture", &["color", "error", "image", "key", "math", "polygon", "texture", "watch"]),
     ("fragment", &["camera", "color", "error", "key", "texture", "trace"]),
     (
         "light",
@@ -145,12 +165,12 @@ const LAYERS: [(&str, &[&str]); 30] = [
             "trace",
         ],
     ),
-    ("span", &["camera", "color", "error", "fragment", "key", "math", "raster"]),
+    ("span", &["cache", "camera", "color", "error", "fragment", "key", "math", "raster"]),
     (
         "scene",
         &[
             "camera", "color", "error", "fragment", "image", "key", "light", "math", "open",
-            "polygon", "text", "texture", "trace",
+            "polygon", "text", "texture", "trace", "watch",
         ],
     ),
     (
@@ -164,11 +184,11 @@ const LAYERS: [(&str, &[&str]); 30] = [
         "backdrop",
         &[
             "camera", "color", "error", "fragment", "image", "key", "light", "math", "raster",
-            "span", "texture",
+            "span", "texture", "watch",
         ],
     ),
-    ("shadow", &["camera", "fragment", "span", "trace"]),
-    ("visible", &["camera", "error", "fragment", "key", "raster", "scene", "span"]),
+    ("shadow", &["camera", "fragment", "span", "trace", "watch"]),
+    ("visible", &["camera", "error", "fragment", "key", "raster", "scene", "span", "watch"]),
     (
         "shade",
         &[
@@ -180,19 +200,29 @@ const LAYERS: [(&str, &[&str]); 30] = [
         "resolve",
         &[
             "camera", "color", "error", "fragment", "image", "key", "math", "raster", "shadow",
-            "span", "text", "texture", "trace", "visible",
+            "span", "text", "texture", "trace", "visible", "watch",
         ],
     ),
     (
         "span_file",
-        &["camera", "color", "error", "fragment", "key", "output", "raster", "scene", "span"],
+        &[
+            "camera", "color", "error", "fragment", "key", "output", "raster", "scene", "span",
+            "watch",
+        ],
     ),
-    ("graph", &["error", "key", "open", "output", "text"]),
+    ("graph", &["cache", "error", "key", "open", "output", "text", "watch"]),
     (
         "values",
         &[
             "camera", "error", "graph", "image", "key", "light", "raster", "resolve", "scene",
             "shade", "span",
+        ],
+    ),
+    (
+        "plugin",
+        &[
+            "camera", "color", "error", "fragment", "graph", "image", "key", "light", "math",
+            "open", "raster", "resolve", "scene", "span", "trace", "values", "watch",
         ],
     ),
 ];
@@ -219,6 +249,20 @@ fn modules_use_only_what_stands_below_them() {
                 own || below.contains(&used),
                 "{within} uses {used}, which does not stand below {module}"
             );
+        }
+    }
+}
+
+/// The plug-in of the tests, and what `spandrel new` writes, need nothing of the engine but its face for plug-ins.
+#[test]
+fn plug_ins_need_one_place() {
+    let plugin = data::files(&repository().join("tests/plugin/src"), &[".rs"]);
+    let new =
+        ["cli/src/new/tint.rs", "cli/src/new/main.rs.txt"].map(|file| repository().join(file));
+    for path in plugin.into_iter().chain(new) {
+        let text = std::fs::read_to_string(&path).unwrap();
+        for (at, _) in text.match_indices("spandrel_engine::") {
+            assert!(text[at + 17..].starts_with("plugin"), "{}", path.display());
         }
     }
 }

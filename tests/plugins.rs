@@ -99,3 +99,85 @@ fn shaders_and_image_nodes_take_their_places() {
     assert!((at(&dark, middle) / at(&plain, middle) - 1.0).abs() < 1e-3);
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// A light of the studio's own: its closed form on a floor, and the shadow of a block of the studio's own format.
+#[test]
+fn a_light_and_a_reader_work_as_the_librarys_do() {
+    let folder = scratch("plugin-light");
+    std::fs::write(folder.join("blocks.txt"), "0 0 1 1\n\n3 0 1 2\n").unwrap();
+    let floor = "Scene(plans: [(name: \"p\", root: (shape: Polygon(outline: [(-20, 0, 20), (20, 0, 20), (20, 0, -20), (-20, 0, -20)])))])";
+    std::fs::write(folder.join("floor.ron"), floor).unwrap();
+    let text = |scenes: &str| {
+        format!(
+            r#"Graph(nodes: {{
+                "eye": Camera(position: (0, 10, 0), look_at: (0, 0, 0), up: (0, 0, -1), parallel_height: 10),
+                "floor": Scanline(scene: "floor.ron", camera: "eye"),
+                "read": ReadBlocks(file: "blocks.txt", color: 0.5),
+                "blocks": Scanline(scene: "read", camera: "eye"),
+                "both": DepthMerge(inputs: [{scenes}]),
+                "lamp": FalloffLight(position: (0, 4, 0), illuminance: 2, range: 8),
+                "lit": Illuminate(image: "both", lights: ["lamp"], ambient: 0, white: 1),
+                "picture": Resolve(image: "lit", size: (100, 100), lines: Sloped(4)),
+            }})"#
+        )
+    };
+    let bare = render(&text("\"floor\""), &folder, &[Channel::Color]);
+    // The default material sends 0.8 back.
+    let expected = |x: f64, z: f64| {
+        let distance = (x * x + z * z + 16.0).sqrt();
+        0.8 * 2.0 * 4.0 / distance * (1.0 - distance / 8.0)
+    };
+    for (x, y) in [(50, 50), (20, 50), (80, 30)] {
+        let place = |at: u32| f64::from(at) / 10.0 + 0.05 - 5.0;
+        let found = f64::from(bare.rgba(x, y)[0]);
+        assert!((found - expected(place(x), place(y))).abs() < 1e-4, "{x}, {y}: {found}");
+    }
+    let built = render(&text("\"floor\", \"blocks\""), &folder, &[Channel::Color]);
+    // Behind the block of two metres at x = 3 it is dark: its top edge at 3.5 shades to 7; before it, it is not.
+    assert_eq!(built.rgba(95, 50)[0], 0.0);
+    assert_eq!(built.rgba(70, 50)[0], bare.rgba(70, 50)[0]);
+    // A fault of the studio's file is told as all others are.
+    std::fs::write(folder.join("blocks.txt"), "0 0 1 1\n3 0 one 2\n").unwrap();
+    let mut registry = spandrel::library();
+    spandrel_plugin_example::register(&mut registry);
+    let document = Document::parse(&text("\"blocks\"")).unwrap();
+    let graph = Graph::check(&document, &registry, &folder).ok().unwrap();
+    let mut wishes = Wishes::new();
+    let channels = BTreeSet::from([Channel::Color]);
+    wishes.want::<Image>("picture", Picture { channels, changed: Override::default() });
+    let plan = Plan::new(&graph, &wishes).unwrap();
+    let Err(failure) = Run::new().evaluate(&graph, &plan, &()) else { panic!("it is wrong") };
+    assert!(failure.to_string().contains("blocks.txt:2:1: a block is four numbers"), "{failure}");
+}
+
+/// What `spandrel new` writes: its graph is sound with its node, its sources are there; a second time it is refused.
+#[test]
+fn a_new_program_is_whole() {
+    let folder = scratch("plugin-new");
+    let program = env!("CARGO_BIN_EXE_spandrel-under-test");
+    let ran = spandrel_tests::program::run(program, &["new", "studio"], &folder);
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    assert!(ran.out.contains("cd studio; cargo run --release -- render graph.ron"), "{}", ran.out);
+    let made = folder.join("studio");
+    let read = |file: &str| std::fs::read_to_string(made.join(file)).unwrap();
+    assert!(read("src/main.rs").contains("register::<tint::Tint>"));
+    for line in read("Cargo.toml").lines().filter(|line| line.contains("path = ")) {
+        let path = line.split('"').nth(1).unwrap();
+        assert!(Path::new(path).join("Cargo.toml").is_file(), "{path}");
+    }
+    let mut registry = spandrel::library();
+    registry.register::<spandrel_plugin_example::Tint>();
+    let document = Document::parse(&read("graph.ron")).unwrap();
+    if let Err(faults) = Graph::check(&document, &registry, &made) {
+        panic!("{faults:?}");
+    }
+    for (arguments, word) in [
+        (&["new", "studio"][..], "exists already"),
+        (&["new", "My Studio"], "small letters"),
+        (&["new", "other", "--sources", "studio"], "no sources of Spandrel"),
+    ] {
+        let ran = spandrel_tests::program::run(program, arguments, &folder);
+        assert!(ran.code != Some(0) && ran.err.contains(word), "{arguments:?}: {}", ran.err);
+    }
+    assert!(!folder.join("other").exists());
+}

@@ -35,6 +35,7 @@ pub(crate) enum Command {
     Convert(Convert),
     Diff(Diff),
     Merge(Merge),
+    New(New),
     Completions(Completions),
 }
 
@@ -70,6 +71,10 @@ pub(crate) struct Render {
     /// Hold no more than this of the pictures on surfaces, such as 512M or 2G; what does not fit is read again.
     #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "1G")]
     pub(crate) textures: usize,
+    /// Keep values that may be needed again as long as all, with those in use, take no more than this, such as 8G.
+    /// Default: a quarter of the memory.
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub(crate) memory: Option<usize>,
     /// Evaluate nothing; say what would be.
     #[arg(short = 'n', long)]
     pub(crate) dry_run: bool,
@@ -231,6 +236,17 @@ pub(crate) struct Diff {
     /// share of the picture that shows another face.
     #[arg(long, value_name = "T", default_value_t = 0.0)]
     pub(crate) tolerance: f64,
+}
+
+/// Begins a program of a studio's own: Spandrel with a node of its own, ready to be built.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct New {
+    /// The folder to make; its name is the program's.
+    #[arg(value_name = "FOLDER")]
+    pub(crate) folder: PathBuf,
+    /// Where the sources of Spandrel are. Default: where this program was built.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) sources: Option<PathBuf>,
 }
 
 /// Prints a script that completes arguments in a shell.

@@ -21,6 +21,7 @@ mod lamp;
 mod lights;
 mod measure;
 mod merge;
+mod new;
 mod nodes;
 mod picture;
 mod print;
@@ -77,6 +78,7 @@ pub fn run(registry: Registry) -> ExitCode {
         Command::Info(args) => info::run(&registry, &args),
         Command::Diff(args) => diff::run(&args),
         Command::Merge(args) => merge::run(&args),
+        Command::New(args) => new::run(&args),
         Command::Convert(args) => convert::run(&args),
         Command::Completions(args) => {
             let mut script = Vec::new();

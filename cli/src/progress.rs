@@ -1,10 +1,11 @@
 //! Progress: a bar on a terminal, lines in a log, nothing when quiet.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use spandrel_engine::graph::Report;
 use spandrel_engine::graph::evaluate::{Outcome, Progress};
+use spandrel_engine::watch::Watch;
 use std::io::IsTerminal;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::print;
 
@@ -29,12 +30,30 @@ impl Detail {
     }
 }
 
+type Busy = Arc<Mutex<Vec<(String, Watch)>>>;
+
+fn lock(busy: &Busy) -> MutexGuard<'_, Vec<(String, Watch)>> {
+    busy.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Writes the nodes that are being evaluated, and how far they are.
+fn write_busy(busy: &Busy, out: &mut dyn std::fmt::Write) -> std::fmt::Result {
+    for (i, (node, watch)) in lock(busy).iter().enumerate() {
+        out.write_str(if i > 0 { ", " } else { "" })?;
+        out.write_str(node)?;
+        if let Some(share) = watch.share() {
+            write!(out, " {:.0} %", share * 100.0)?;
+        }
+    }
+    Ok(())
+}
+
 /// Shows how an evaluation goes on.
 pub(crate) struct Shown {
     detail: Detail,
     bar: ProgressBar,
-    /// The nodes that are being evaluated.
-    busy: Mutex<Vec<String>>,
+    /// The nodes that are being evaluated, and how far they are.
+    busy: Busy,
     /// What has ended.
     reports: Mutex<Vec<Report>>,
 }
@@ -47,12 +66,21 @@ impl Shown {
             _ => ProgressDrawTarget::hidden(),
         };
         let bar = ProgressBar::with_draw_target(Some(nodes as u64), target);
-        let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed} {msg}");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        let busy = Busy::default();
+        let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed} {busy}");
+        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+        let shown = busy.clone();
+        bar.set_style(style.with_key(
+            "busy",
+            move |_: &ProgressState, out: &mut dyn std::fmt::Write| {
+                // What is shown is not worth an error.
+                let _ = write_busy(&shown, out);
+            },
+        ));
         if detail == Detail::Bar {
             bar.enable_steady_tick(std::time::Duration::from_millis(100));
         }
-        Shown { detail, bar, busy: Mutex::default(), reports: Mutex::default() }
+        Shown { detail, bar, busy, reports: Mutex::default() }
     }
 
     /// Takes the bar away.
@@ -64,17 +92,11 @@ impl Shown {
     pub(crate) fn reports(&self) -> Vec<Report> {
         self.reports.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
-
-    fn with_busy(&self, change: impl FnOnce(&mut Vec<String>)) {
-        let mut busy = self.busy.lock().unwrap_or_else(PoisonError::into_inner);
-        change(&mut busy);
-        self.bar.set_message(busy.join(", "));
-    }
 }
 
 impl Progress for Shown {
-    fn started(&self, node: &str) {
-        self.with_busy(|busy| busy.push(node.to_owned()));
+    fn started(&self, node: &str, watch: &Watch) {
+        lock(&self.busy).push((node.to_owned(), watch.clone()));
     }
 
     fn noted(&self, node: &str, message: &str) {
@@ -86,7 +108,7 @@ impl Progress for Shown {
     }
 
     fn finished(&self, report: &Report) {
-        self.with_busy(|busy| busy.retain(|node| *node != report.node));
+        lock(&self.busy).retain(|(node, _)| *node != report.node);
         self.bar.inc(1);
         self.reports.lock().unwrap_or_else(PoisonError::into_inner).push(report.clone());
         if self.detail == Detail::Lines && report.outcome == Outcome::Evaluated {

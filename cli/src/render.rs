@@ -1,5 +1,6 @@
 //! `spandrel render`.
 
+use spandrel_engine::cache::cache;
 use spandrel_engine::graph::check::NodeInfo;
 use spandrel_engine::graph::demand::{Failure, Wishes};
 use spandrel_engine::graph::document::{Document, RawNode};
@@ -34,6 +35,9 @@ pub(crate) fn run(registry: &Registry, args: &Render, denies_warnings: bool) -> 
 
 fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8> {
     store().set_limit(args.textures);
+    if let Some(bytes) = args.memory {
+        cache().set_limit(bytes);
+    }
     let (graph, all) = prepare(registry, args)?;
     let writes_to_standard =
         all.iter().any(|id| files(&graph, id).any(|file| output::is_standard(&file)));
@@ -122,6 +126,9 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
     }
     if args.stats == Some(Format::Table) {
         report(&stats::table(&done.reports, done.seconds));
+        let values = cache().report();
+        let [used, all] = [values.most_used, values.most].map(|bytes| print::bytes(bytes as u64));
+        report(&format!("values of nodes: {used} in use at most, {all} with what was kept\n"));
         if textures.reads > 0 {
             let most = print::bytes(textures.most as u64);
             let reads = textures.reads;

@@ -95,6 +95,7 @@ pub(crate) fn json(done: &Done, said: &Said) -> String {
                 "node": report.node,
                 "kind": report.kind,
                 "outcome": outcome(report),
+                "key": report.key,
                 "seconds": report.seconds,
                 "bytes": report.bytes,
                 "facts": facts,

@@ -25,6 +25,7 @@ use crate::span::{
     self, Again, FaceHead, FaceId, FaceTableBuilder, Layers, Lines, Role, Segment, SpanImage, line,
 };
 use crate::texture::{Footprint, Opened, Source, Wrap, store};
+use crate::watch::Watch;
 
 /// What a backdrop shows.
 #[derive(Debug)]
@@ -320,9 +321,12 @@ pub fn panorama(image: &SpanImage, rows: u32) -> Result<Image> {
         return Err(Error::invalid("nothing stands behind this image: give it a Background"));
     }
     let columns = 2 * rows;
+    let watch = Watch::current();
+    watch.begin(rows as usize);
     let row = |row: u32| {
         let mut shown = vec![[0.0f32; 4]; columns as usize];
-        for (at, face) in &behind {
+        watch.step();
+        for (at, face) in behind.iter().filter(|_| !watch.is_stopped()) {
             let source = &image.sources()[*at];
             let mut fragments = all_round(image.view(), *face, row, rows);
             fragments.label.clone_from(&source.label);

@@ -28,6 +28,18 @@ impl Key {
         hasher.finish()
     }
 
+    /// The key of a file's bytes, as [`of_bytes`](Key::of_bytes) has it.
+    ///
+    /// # Errors
+    /// If it cannot be read.
+    pub fn of_file(mut file: std::fs::File) -> std::io::Result<Key> {
+        let length = file.metadata()?.len();
+        let mut hasher = KeyHasher::new("bytes");
+        hasher.0.update(&length.to_le_bytes());
+        hasher.0.update_reader(&mut file)?;
+        Ok(hasher.finish())
+    }
+
     /// A number that belongs to a name, 1 to 2^32 - 1: the same in every frame and every program.
     pub fn id_of_name(name: &str) -> u32 {
         let [a, b, c, d, ..] = Key::of_bytes(name.as_bytes()).to_bytes();

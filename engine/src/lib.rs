@@ -37,6 +37,7 @@
 
 pub mod backdrop;
 pub mod billboard;
+pub mod cache;
 pub mod camera;
 pub mod color;
 pub mod error;
@@ -51,6 +52,7 @@ pub mod open;
 pub mod output;
 pub mod packed;
 pub mod picture;
+pub mod plugin;
 pub mod polygon;
 pub mod raster;
 pub mod resolve;
@@ -65,5 +67,6 @@ pub mod texture;
 pub mod trace;
 pub mod values;
 pub mod visible;
+pub mod watch;
 
 pub use error::{Error, Result};

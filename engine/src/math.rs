@@ -2,7 +2,7 @@
 //!
 //! The standard library takes them from the machine's C library, whose last bits differ between
 //! machines; these come from one source everywhere, so that a golden picture made on one machine
-//! holds on another. `clippy.toml` refuses the standard ones. Square roots, sums and products are
+//! holds on another. `.clippy.toml` refuses the standard ones. Square roots, sums and products are
 //! exact to the last bit by IEEE 754 and need no such care.
 
 use glam::DVec3;

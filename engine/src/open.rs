@@ -6,19 +6,28 @@
 
 use std::borrow::Cow;
 use std::cell::Cell;
+use std::collections::HashMap;
+use std::fs::Metadata;
 use std::io::ErrorKind;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
-use std::sync::Once;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, Once, OnceLock, PoisonError};
+use std::time::SystemTime;
 
 use crate::error::{Error, Result};
+use crate::key::Key;
 use crate::text::nearest;
+use crate::watch::Watch;
 
 /// Reads a file.
 ///
 /// # Errors
 /// If it cannot be read, is a folder, or is empty; of one that is not there, with the name beside it that is nearest.
 pub fn bytes(path: &Path) -> Result<Vec<u8>> {
+    let about = About::of(path);
+    if about.is_none() {
+        Watch::current().saw(path, None);
+    }
     let bytes = std::fs::read(path).map_err(|error| match error.kind() {
         _ if path.is_dir() => Error::in_file(path, "it is a folder, not a file"),
         ErrorKind::NotFound => {
@@ -32,10 +41,75 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>> {
         _ => Error::file(path, error),
     })?;
     crate::output::keep(path);
+    let contents = Key::of_bytes(&bytes);
+    if let Some(about) = about {
+        known().insert(path.to_owned(), (about, contents));
+    }
+    Watch::current().saw(path, Some(contents));
     if bytes.is_empty() {
         return Err(Error::in_file(path, "the file is empty: was it copied or downloaded whole?"));
     }
     Ok(bytes)
+}
+
+/// What a file holds, as a key: that of its bytes, under whatever name. They are read once, until size, time or place
+/// of the file change. `None` if it cannot be read.
+pub fn contents(path: &Path) -> Option<Key> {
+    let about = About::of(path);
+    let remembered =
+        known().get(path).filter(|(of, _)| Some(of) == about.as_ref()).map(|known| known.1);
+    let contents = match (remembered, about) {
+        (Some(contents), _) => Some(contents),
+        (None, Some(about)) => {
+            let contents = std::fs::File::open(path).ok().and_then(|file| Key::of_file(file).ok());
+            if let Some(contents) = contents {
+                known().insert(path.to_owned(), (about, contents));
+            }
+            contents
+        }
+        (None, None) => None,
+    };
+    Watch::current().saw(path, contents);
+    contents
+}
+
+/// Whether there is a file of this name.
+pub fn is_file(path: &Path) -> bool {
+    let is_file = path.is_file();
+    if !is_file {
+        Watch::current().saw(path, None);
+    }
+    is_file
+}
+
+/// What tells that a file is the one that was read, within this process.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct About {
+    length: u64,
+    modified: Option<SystemTime>,
+    /// The device and its number there, where the system has such.
+    place: [u64; 2],
+}
+
+impl About {
+    /// Of a file; pipes and devices are not asked.
+    fn of(path: &Path) -> Option<About> {
+        let about = std::fs::metadata(path).ok().filter(Metadata::is_file)?;
+        #[cfg(unix)]
+        let place = {
+            use std::os::unix::fs::MetadataExt;
+            [about.dev(), about.ino()]
+        };
+        #[cfg(not(unix))]
+        let place = [0; 2];
+        Some(About { length: about.len(), modified: about.modified().ok(), place })
+    }
+}
+
+/// What is known of files.
+fn known() -> std::sync::MutexGuard<'static, HashMap<PathBuf, (About, Key)>> {
+    static KNOWN: OnceLock<Mutex<HashMap<PathBuf, (About, Key)>>> = OnceLock::new();
+    KNOWN.get_or_init(Mutex::default).lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The name in a file's folder that is nearest to its own, if one is near.

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::graph::node::FieldError;
-use crate::graph::{Demand, Inputs, Link, Value};
+use crate::graph::{Demand, Inputs, Link, NamedLink, Value};
 use crate::image::{Image, Window};
 use crate::key::Key;
 use crate::light::Lamp;
@@ -35,7 +35,7 @@ impl Value for Scene {
     const READER: Option<&'static str> = Some("ReadScene");
 
     fn key(&self) -> Option<Key> {
-        Some(Key::of(&(&self.label, self.key.to_bytes())))
+        Some(Key::of(&(&self.label, self.key, self.pictures)))
     }
 
     fn bytes(&self) -> usize {
@@ -119,13 +119,26 @@ impl Lamps {
         Ok(Lamps(vec![light.lamp("", inputs.directory())?]))
     }
 
-    /// The first sky among them.
+    /// The first sky among the lights that a link leads to.
     ///
     /// # Errors
-    /// If there is none; `of` is what names them.
-    pub fn sky(&self, of: &str) -> Result<Lamp> {
-        let sky = self.0.iter().find(|lamp| lamp.light.luminance(DVec3::Y).is_some());
-        sky.cloned().ok_or_else(|| Error::invalid(format!("`sky`: \"{of}\" is no SkyLight")))
+    /// If there is none.
+    pub fn sky(inputs: &Inputs<'_>, link: &Link<Lamps>) -> Result<Lamp> {
+        let lamps = inputs.get(link);
+        let sky = lamps.0.iter().find(|lamp| lamp.light.luminance(DVec3::Y).is_some());
+        let name = link.target();
+        sky.cloned().ok_or_else(|| Error::invalid(format!("`sky`: \"{name}\" is no SkyLight")))
+    }
+
+    /// The lights that a link leads to, under names by which layers can be told apart: the link's for a light
+    /// without a name, `link.name` for those of a list.
+    pub fn named(inputs: &Inputs<'_>, link: &NamedLink<Lamps>) -> Vec<Lamp> {
+        let name = |name: &str| match name {
+            "" => link.name().to_owned(),
+            name => format!("{}.{name}", link.name()),
+        };
+        let lamps = inputs.get(link);
+        lamps.0.iter().map(|lamp| lamp.named(name(&lamp.name))).collect()
     }
 
     /// What is seen of a sky and of suns, as nodes ask for them by `sky` and `suns`.
@@ -138,7 +151,7 @@ impl Lamps {
         suns: &[Link<Lamps>],
         white: f32,
     ) -> Result<SeenSky> {
-        let sky = inputs.get(sky).sky(sky.target())?;
+        let sky = Lamps::sky(inputs, sky)?;
         let mut discs = Vec::new();
         for link in suns {
             let lamps = inputs.get(link);

@@ -3,7 +3,7 @@
 use std::ops::{BitAnd, BitOr};
 
 /// A set of a fragment's columns.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct Columns(u32);
 
 impl Columns {

@@ -3,6 +3,7 @@
 use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::{Columns, Fragments, Painted, Stage, World};
 use crate::color::Kind;
@@ -101,8 +102,13 @@ pub trait Batch {
         None
     }
 
-    /// Keeps something of these fragments, as long as there is room.
-    fn keep(&self, _key: Key, _value: Kept, _bytes: usize) {}
+    /// Keeps something of these fragments that took some seconds to make, as long as there is room.
+    fn keep(&self, _key: Key, _value: Kept, _bytes: usize, _seconds: f64) {}
+
+    /// Whether nobody waits for the fragments any more: what is made of them then is thrown away.
+    fn is_stopped(&self) -> bool {
+        false
+    }
 
     /// What is known already of what pictures show of these fragments: of all on which pictures lie, or nothing.
     fn painted(&self) -> &[Painted] {
@@ -127,6 +133,24 @@ pub trait Batch {
     /// its point.
     fn pieces(&self, _fragment: usize) -> Vec<Piece> {
         Vec::new()
+    }
+}
+
+impl dyn Batch + '_ {
+    /// What was kept under a key, of these very fragments, or else is made now and kept: the value and its bytes.
+    pub fn or_made<T: Any + Send + Sync>(
+        &self,
+        key: Key,
+        make: impl FnOnce() -> (T, usize),
+    ) -> Arc<T> {
+        if let Some(known) = self.kept(key).and_then(|kept| kept.downcast().ok()) {
+            return known;
+        }
+        let clock = Instant::now();
+        let (made, bytes) = make();
+        let made = Arc::new(made);
+        self.keep(key, made.clone() as Kept, bytes, clock.elapsed().as_secs_f64());
+        made
     }
 }
 

@@ -238,8 +238,12 @@ impl Batch for Divided<'_> {
         self.outer.kept(key)
     }
 
-    fn keep(&self, key: Key, value: Kept, bytes: usize) {
-        self.outer.keep(key, value, bytes);
+    fn keep(&self, key: Key, value: Kept, bytes: usize, seconds: f64) {
+        self.outer.keep(key, value, bytes, seconds);
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.outer.is_stopped()
     }
 
     fn lit(&self, casting: &Casting<'_>) -> Option<Vec<f32>> {

@@ -4,7 +4,7 @@
 use serde_json::Value as Json;
 
 use super::document::field_span;
-use super::node::{FILE, LINK};
+use super::link::{FILE, LINK, NAMED};
 
 /// A field of a kind of node.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -132,6 +132,38 @@ pub(super) fn visit(schema: &Json, parameters: &Json, found: &mut impl FnMut(&st
         if let Some(value) = parameters.get(name) {
             visit_value(schema, value, &mut |leaf| found(name, leaf));
         }
+    }
+}
+
+/// The parameters of a node without the names of its links, but for those whose [name matters](super::link::NamedLink):
+/// what it makes does not depend on them.
+pub(super) fn nameless(schema: &Json, parameters: &Json) -> Json {
+    let mut nameless = parameters.clone();
+    forget_names(schema, &mut nameless);
+    nameless
+}
+
+fn forget_names(schema: &Json, value: &mut Json) {
+    if schema.get(LINK).is_some() {
+        let is_given = value.as_str().is_some_and(|target| !target.is_empty());
+        if is_given && schema.get(NAMED).is_none() {
+            *value = Json::from("a link");
+        }
+        return;
+    }
+    for key in ["oneOf", "anyOf"] {
+        let choices = schema.get(key).and_then(Json::as_array).into_iter().flatten();
+        choices.for_each(|choice| forget_names(choice, value));
+    }
+    if let Some(properties) = schema.get("properties").and_then(Json::as_object) {
+        for (name, schema) in properties {
+            value.get_mut(name).into_iter().for_each(|value| forget_names(schema, value));
+        }
+    }
+    let tuple = schema.get("prefixItems").and_then(Json::as_array);
+    for (i, value) in value.as_array_mut().into_iter().flatten().enumerate() {
+        let schema = tuple.and_then(|items| items.get(i)).or_else(|| schema.get("items"));
+        schema.into_iter().for_each(|schema| forget_names(schema, value));
     }
 }
 

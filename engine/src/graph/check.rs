@@ -9,7 +9,8 @@ use std::sync::Arc;
 use super::catalogue::{self, Leaf};
 use super::diagnostic::{Diagnostic, list, nearest};
 use super::document::{Document, RawNode, field_span};
-use super::node::{AnyNode, is_file};
+use super::link::is_file;
+use super::node::AnyNode;
 use super::registry::{Kind, Registry};
 use crate::error::{Error, Result};
 use crate::text::index::{Index, Item};
@@ -29,6 +30,8 @@ pub(super) struct Checked {
     pub(super) id: String,
     pub(super) kind: Arc<Kind>,
     pub(super) node: Box<dyn AnyNode>,
+    /// What it is asked to do, whatever its inputs are called.
+    pub(super) nameless: serde_json::Value,
     pub(super) files: Vec<String>,
     /// The fields that name files which it writes, and the files.
     writes: Vec<(String, String)>,
@@ -168,7 +171,8 @@ impl Check<'_> {
         let (wishes, faults, outputs) = (&mut self.wishes, &mut self.faults, &mut self.outputs);
         let nodes = &self.nodes;
         let directory = self.directory;
-        catalogue::visit(&kind.schema, &node.parameters(), &mut |field, leaf| match leaf {
+        let parameters = node.parameters();
+        catalogue::visit(&kind.schema, &parameters, &mut |field, leaf| match leaf {
             Leaf::Link { ref target, .. } if target.is_empty() && unread.contains(field) => {}
             Leaf::Input(ref path) if path.is_empty() && unread.contains(field) => {}
             Leaf::Link { of, reader, target } => {
@@ -208,7 +212,8 @@ impl Check<'_> {
             self.faults.push(Diagnostic::error(span, message));
         }
         let id = raw.id.clone();
-        self.nodes.push(Checked { id, kind, node, files, writes, links: Vec::new() });
+        let nameless = catalogue::nameless(&kind.schema, &parameters);
+        self.nodes.push(Checked { id, kind, node, nameless, files, writes, links: Vec::new() });
     }
 
     /// Parses a node. What is wrong is reported, and the rest is read without it, for all errors to be found at once;
@@ -329,7 +334,8 @@ impl Check<'_> {
                 let files = vec![wish.target.clone()];
                 let id = wish.target.clone();
                 let (writes, links) = (Vec::new(), Vec::new());
-                self.nodes.push(Checked { id, kind, node, files, writes, links });
+                let nameless = catalogue::nameless(&kind.schema, &node.parameters());
+                self.nodes.push(Checked { id, kind, node, nameless, files, writes, links });
             }
             Err(error) => {
                 self.faults

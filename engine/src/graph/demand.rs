@@ -1,9 +1,7 @@
 //! Demand: from the outputs up, what each node must deliver.
 
-use std::path::Path;
-
+use super::ask::Upstream;
 use super::check::Graph;
-use super::node::Link;
 use super::value::{AnyDemand, Value};
 use crate::error::{Error, Result};
 
@@ -22,30 +20,6 @@ pub(super) struct Instance {
     pub(super) inputs: Vec<(String, usize)>,
     /// The input that it returns unchanged.
     pub(super) passes: Option<usize>,
-}
-
-/// What a node asks of its inputs.
-pub struct Upstream<'a> {
-    graph: &'a Graph,
-    asks: Vec<(usize, Box<dyn AnyDemand>)>,
-}
-
-impl Upstream<'_> {
-    /// Asks a linked node for a value. Links that are not given are passed over.
-    pub fn ask<T: Value>(&mut self, link: &Link<T>, demand: T::Demand) {
-        self.ask_any(link.target(), Box::new(demand));
-    }
-
-    /// The folder from which files are found.
-    pub fn directory(&self) -> &Path {
-        &self.graph.directory
-    }
-
-    fn ask_any(&mut self, target: &str, demand: Box<dyn AnyDemand>) {
-        if let Some(node) = self.graph.names.get(target) {
-            self.asks.push((*node, demand));
-        }
-    }
 }
 
 /// What is wanted of a graph.
@@ -173,7 +147,7 @@ fn plan_one(
     asked: &mut [Vec<Ask>],
 ) -> Result<Instance, Failure> {
     let checked = &graph.nodes[node];
-    let mut upstream = Upstream { graph, asks: Vec::new() };
+    let mut upstream = Upstream::new(&graph.names, &graph.directory);
     let passes = checked.node.passes();
     match &passes {
         Some(target) => upstream.ask_any(target, demand.boxed()),

@@ -1,65 +1,40 @@
-//! Evaluate: in parallel, each content once.
+//! Evaluate: in parallel, each content once; what nobody uses any more is let go.
+//!
+//! A value is held until its last user has it, and then goes to the [`cache`], where it stays as
+//! long as there is room. Its key says what it was made of: the kind of node and what it is asked to do, the
+//! keys of its inputs, and the contents of all files that were read, those among them that only the making
+//! told of. Before a kept value is taken, these are looked at again.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use super::check::Graph;
+use super::ask::{Inputs, Remark};
+use super::check::{Checked, Graph};
 use super::demand::{Failure, Instance, Plan};
-use super::node::Link;
 use super::value::{AnyValue, Value};
+use crate::cache::{self, Cache, Item, Shelf};
 use crate::error::{Error, Result};
 use crate::key::{Key, KeyHasher};
 use crate::open;
+use crate::watch::Watch;
 
-/// Evaluations that share their results: equal contents are computed once in a run.
-#[derive(Default)]
+/// Evaluations that share their results: equal contents are computed once in a run, as long as the cache has room
+/// for them.
+#[derive(Debug)]
 pub struct Run {
-    memo: Mutex<HashMap<Key, AnyValue>>,
-    cancelled: AtomicBool,
+    cache: Arc<Cache>,
+    kept: Shelf,
+    stop: Arc<AtomicBool>,
 }
 
-/// The inputs of a node that is being evaluated.
-pub struct Inputs<'a> {
-    graph: &'a Graph,
-    run: &'a Run,
-    progress: &'a dyn Progress,
-    node: &'a str,
-    values: Vec<(&'a str, AnyValue)>,
-}
-
-impl Inputs<'_> {
-    /// The value of a link that was asked for.
-    ///
-    /// # Panics
-    /// If the node did not ask for it.
-    pub fn get<T: Value>(&self, link: &Link<T>) -> Arc<T> {
-        let value = self.values.iter().find(|(target, _)| *target == link.target());
-        value.expect("a node gets only what it asked for").1.get()
-    }
-
-    /// The folder from which files are found.
-    pub fn directory(&self) -> &Path {
-        self.graph.directory()
-    }
-
-    /// Tells the user what was done that is worth knowing, such as that colours were converted.
-    pub fn note(&self, message: &str) {
-        self.progress.noted(self.node, message);
-    }
-
-    /// Tells the user of something doubtful, which is mostly a mistake.
-    pub fn warn(&self, message: &str) {
-        self.progress.warned(self.node, message);
-    }
-
-    /// Whether the user asked to stop.
-    pub fn is_cancelled(&self) -> bool {
-        self.run.cancelled.load(Ordering::Relaxed)
-    }
+/// A value that is kept, and what it depends on beside its key.
+struct Made {
+    value: AnyValue,
+    files: BTreeMap<PathBuf, Option<Key>>,
 }
 
 /// What happened to a node.
@@ -82,6 +57,8 @@ pub struct Report {
     pub kind: &'static str,
     /// What was asked of it, as JSON.
     pub demand: serde_json::Value,
+    /// What its value is: two with one key are alike bit for bit.
+    pub key: Key,
     /// What happened.
     pub outcome: Outcome,
     /// Time from its start to its end; while it waits for its own parallel parts, the thread may work
@@ -95,8 +72,8 @@ pub struct Report {
 
 /// Is told how an evaluation goes on; from any thread.
 pub trait Progress: Sync {
-    /// A node begins.
-    fn started(&self, _node: &str) {}
+    /// A node begins. Its watch tells [how far it is](Watch::share).
+    fn started(&self, _node: &str, _watch: &Watch) {}
     /// A node did something that is worth knowing.
     fn noted(&self, _node: &str, _message: &str) {}
     /// A node found something doubtful.
@@ -121,15 +98,27 @@ impl Evaluated {
     }
 }
 
+impl Default for Run {
+    fn default() -> Run {
+        Run::new()
+    }
+}
+
 impl Run {
-    /// A run that knows nothing yet.
+    /// A run that knows nothing yet, and keeps its values in the cache of this process.
     pub fn new() -> Run {
-        Run::default()
+        Run::with_cache(cache::cache())
     }
 
-    /// Asks all evaluations of the run to stop soon.
+    /// A run that knows nothing yet, and keeps its values in a cache.
+    pub fn with_cache(cache: &Arc<Cache>) -> Run {
+        Run { cache: cache.clone(), kept: cache.shelf(), stop: Arc::default() }
+    }
+
+    /// Asks all evaluations of the run to stop: they end within a tenth of a second, with
+    /// [`Error::Cancelled`].
     pub fn cancel(&self) {
-        self.cancelled.store(true, Ordering::Relaxed);
+        self.stop.store(true, Ordering::Relaxed);
     }
 
     /// Evaluates a plan of a graph.
@@ -142,18 +131,23 @@ impl Run {
         plan: &Plan,
         progress: &dyn Progress,
     ) -> Result<Evaluated, Failure> {
-        let mut users: Vec<Vec<usize>> = vec![Vec::new(); plan.instances.len()];
-        let mut open: Vec<usize> = vec![0; plan.instances.len()];
+        let count = plan.instances.len();
+        let mut users: Vec<Vec<usize>> = vec![Vec::new(); count];
+        let mut open = vec![0; count];
         for (i, instance) in plan.instances.iter().enumerate() {
             for (_, input) in &instance.inputs {
                 users[*input].push(i);
                 open[i] += 1;
             }
         }
-        let ready: Vec<usize> = (0..open.len()).rev().filter(|i| open[*i] == 0).collect();
+        let ready: Vec<usize> = (0..count).rev().filter(|i| open[*i] == 0).collect();
+        let mut waiting: Vec<usize> = users.iter().map(Vec::len).collect();
+        // Who asked for the evaluation uses what is wanted, and does not end before it.
+        plan.wanted.iter().for_each(|wanted| waiting[*wanted] += 1);
         let state = State {
             open,
-            values: plan.instances.iter().map(|_| None).collect(),
+            waiting,
+            held: (0..count).map(|_| None).collect(),
             busy: HashMap::new(),
             reports: Vec::new(),
             failure: None,
@@ -165,26 +159,59 @@ impl Run {
                 evaluation.spawn(scope, instance);
             }
         });
-        let state = evaluation.state.into_inner().unwrap_or_else(PoisonError::into_inner);
-        if let Some(failure) = state.failure {
-            return Err(failure);
+        let mut state = evaluation.state.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let wanted: Option<Vec<AnyValue>> = plan
+            .wanted
+            .iter()
+            .map(|at| state.held[*at].as_ref().map(|held| held.value.clone()))
+            .collect();
+        for held in state.held.iter_mut().filter_map(Option::take) {
+            self.keep(held);
         }
-        let value =
-            |i: &usize| state.values[*i].clone().expect("without failure all are evaluated");
-        Ok(Evaluated { values: plan.wanted.iter().map(value).collect(), reports: state.reports })
+        match (state.failure, wanted) {
+            (None, Some(values)) => Ok(Evaluated { values, reports: state.reports }),
+            (Some(failure), _) => Err(failure),
+            (None, None) => unreachable!("without failure all are evaluated"),
+        }
     }
 
-    fn memo(&self) -> std::sync::MutexGuard<'_, HashMap<Key, AnyValue>> {
-        self.memo.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Keeps what nobody holds any more.
+    fn keep(&self, held: Holding) {
+        let Holding { key, value, seconds, files } = held;
+        let bytes = value.bytes;
+        let made: Item = Arc::new(Made { value: value.kept(), files });
+        self.kept.put(key, 0, made, bytes, seconds);
     }
+
+    /// What is kept under a key, if the files that it was made of are what they were.
+    fn kept(&self, key: Key) -> Option<Arc<Made>> {
+        let made: Arc<Made> = self.kept.get(key, 0)?.downcast().ok()?;
+        let is_same = |(path, was): (&PathBuf, &Option<Key>)| open::contents(path) == *was;
+        if made.files.iter().all(is_same) {
+            return Some(made);
+        }
+        self.kept.remove(key, 0);
+        None
+    }
+}
+
+/// A value in use.
+struct Holding {
+    /// What it was asked under.
+    key: Key,
+    value: AnyValue,
+    seconds: f64,
+    files: BTreeMap<PathBuf, Option<Key>>,
 }
 
 struct State {
     /// Of each instance: the inputs that are not there yet.
     open: Vec<usize>,
-    values: Vec<Option<AnyValue>>,
-    /// Contents that are being computed, and the instances that wait for them.
-    busy: HashMap<Key, Vec<usize>>,
+    /// Of each instance: the users that have not ended.
+    waiting: Vec<usize>,
+    held: Vec<Option<Holding>>,
+    /// Contents that are being computed or held: by whom, and the instances that wait for them.
+    busy: HashMap<Key, (usize, Vec<usize>)>,
     reports: Vec<Report>,
     failure: Option<Failure>,
 }
@@ -192,7 +219,7 @@ struct State {
 /// How an instance gets its value.
 enum Start {
     /// Its content was computed before.
-    Known(AnyValue),
+    Known(Holding),
     /// Another instance is computing it, and will pass it on.
     Waits,
     /// It computes it.
@@ -214,7 +241,8 @@ impl<'a> Evaluation<'a> {
     where
         'a: 's,
     {
-        scope.spawn(move |scope| self.start(scope, at));
+        // While a thread waits for parts of its work, it may begin with another node: not under the same watch.
+        scope.spawn(move |scope| Watch::default().run(|| self.start(scope, at)));
     }
 
     fn state(&self) -> std::sync::MutexGuard<'_, State> {
@@ -235,113 +263,151 @@ impl<'a> Evaluation<'a> {
                 return;
             }
             for (target, input) in &instance.inputs {
-                let value =
-                    state.values[*input].clone().expect("an instance starts after its inputs");
-                values.push((target.as_str(), value));
+                let held =
+                    state.held[*input].as_ref().expect("an instance starts after its inputs");
+                values.push((target.as_str(), held.value.clone()));
             }
         }
-        if self.run.cancelled.load(Ordering::Relaxed) {
+        if self.run.stop.load(Ordering::Relaxed) {
             return self.fail(at, Error::Cancelled);
         }
-        if let Some(slot) = instance.passes {
-            let value = values[slot].1.clone();
-            return self.finish(scope, at, value, Outcome::Passed, 0.0);
-        }
-        let key = match self.key(instance, &values) {
+        let key = match self.key(node, instance, &values) {
             Ok(key) => key,
             Err(error) => return self.fail(at, error),
         };
+        if let Some(slot) = instance.passes {
+            let value = values.swap_remove(slot).1;
+            let held = Holding { key, value, seconds: 0.0, files: BTreeMap::new() };
+            return self.finish(scope, at, held, Outcome::Passed);
+        }
         match self.begin(key, at) {
-            Start::Known(value) => return self.finish(scope, at, value, Outcome::Known, 0.0),
+            Start::Known(held) => return self.finish(scope, at, held, Outcome::Known),
             Start::Waits => return,
             Start::Computes => {}
         }
-        self.progress.started(&node.id);
-        let inputs = Inputs {
-            graph: self.graph,
-            run: self.run,
-            progress: self.progress,
-            node: &node.id,
-            values,
-        };
-        let clock = Instant::now();
-        let made =
-            catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*instance.demand, &inputs)));
-        let seconds = clock.elapsed().as_secs_f64();
-        match made.unwrap_or_else(|panic| Err(panicked(&*panic))) {
-            Ok(mut value) => {
-                value.key.get_or_insert(key);
+        match self.make(node, instance, values, key) {
+            Ok(held) => {
+                let (value, files) = (held.value.clone(), held.files.clone());
                 let waiting = {
                     let mut state = self.state();
-                    self.run.memo().insert(key, value.clone());
-                    state.busy.remove(&key).unwrap_or_default()
+                    let (_, waiting) = state.busy.get_mut(&key).expect("it was entered");
+                    std::mem::take(waiting)
                 };
-                self.finish(scope, at, value.clone(), Outcome::Evaluated, seconds);
+                self.finish(scope, at, held, Outcome::Evaluated);
                 for other in waiting {
-                    self.finish(scope, other, value.clone(), Outcome::Known, 0.0);
+                    let (value, files) = (value.clone(), files.clone());
+                    let held = Holding { key, value, seconds: 0.0, files };
+                    self.finish(scope, other, held, Outcome::Known);
                 }
             }
             Err(error) => self.fail(at, error),
         }
     }
 
-    /// Decides, in one step for all threads, how an instance gets its value. Locks are taken in one
-    /// order, state before memo, and none is held beyond this function.
+    /// Computes a value.
+    fn make(
+        &self,
+        node: &Checked,
+        instance: &Instance,
+        values: Vec<(&str, AnyValue)>,
+        key: Key,
+    ) -> Result<Holding> {
+        let watch = Watch::stopped_by(&self.run.stop);
+        self.progress.started(&node.id, &watch);
+        let tell = |remark: Remark<'_>| match remark {
+            Remark::Note(message) => self.progress.noted(&node.id, message),
+            Remark::Warning(message) => self.progress.warned(&node.id, message),
+        };
+        let directory = self.graph.directory();
+        let inputs = Inputs { values, directory, watch: &watch, tell: &tell };
+        let clock = Instant::now();
+        let made = watch.run(|| {
+            catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*instance.demand, &inputs)))
+        });
+        let seconds = clock.elapsed().as_secs_f64();
+        if watch.is_stopped() {
+            return Err(Error::Cancelled);
+        }
+        let value = made.unwrap_or_else(|panic| Err(panicked(&*panic)))?;
+        let mut value = value.used(&self.run.cache);
+        let files = watch.files();
+        value.key.get_or_insert_with(|| {
+            let mut whole = KeyHasher::new("made");
+            whole.key(key);
+            files.values().for_each(|contents| {
+                whole.value(contents);
+            });
+            whole.finish()
+        });
+        Ok(Holding { key, value, seconds, files })
+    }
+
+    /// Decides, in one step for all threads, how an instance gets its value.
     fn begin(&self, key: Key, at: usize) -> Start {
         let mut state = self.state();
-        let known = self.run.memo().get(&key).cloned();
-        if let Some(value) = known {
-            return Start::Known(value);
-        }
         match state.busy.get_mut(&key) {
-            Some(waiting) => {
-                waiting.push(at);
-                Start::Waits
+            Some((holder, _)) => {
+                let holder = *holder;
+                match state.held[holder].as_ref() {
+                    Some(held) => {
+                        let (value, files) = (held.value.clone(), held.files.clone());
+                        Start::Known(Holding { key, value, seconds: 0.0, files })
+                    }
+                    None => {
+                        let (_, waiting) = state.busy.get_mut(&key).expect("it is there");
+                        waiting.push(at);
+                        Start::Waits
+                    }
+                }
             }
-            None => {
-                state.busy.insert(key, Vec::new());
-                Start::Computes
-            }
+            None => match self.run.kept(key) {
+                Some(made) => {
+                    let value = made.value.clone().used(&self.run.cache);
+                    Start::Known(Holding { key, value, seconds: 0.0, files: made.files.clone() })
+                }
+                None => {
+                    state.busy.insert(key, (at, Vec::new()));
+                    Start::Computes
+                }
+            },
         }
     }
 
-    /// What an instance's value depends on: its kind and this build, its parameters, the names of the nodes that
-    /// it links among them, what is asked of it, its inputs' contents, the contents of the files that it reads.
-    fn key(&self, instance: &Instance, values: &[(&str, AnyValue)]) -> Result<Key> {
-        let node = &self.graph.nodes[instance.node];
+    /// What an instance's value is made of, as far as it is known before: its kind, its parameters (the names of its
+    /// links only where they matter), what is asked of it, its inputs' contents, those of the files that it names.
+    fn key(&self, node: &Checked, instance: &Instance, values: &[(&str, AnyValue)]) -> Result<Key> {
         let mut key = KeyHasher::new("node");
-        key.bytes(env!("CARGO_PKG_VERSION").as_bytes());
         key.bytes(node.kind.name.as_bytes());
-        key.value(&node.node.parameters());
+        key.value(&node.nameless);
         key.value(&instance.demand.json());
         for (_, value) in values {
             key.key(value.key.expect("every value got a key when it was made"));
         }
         for file in &node.files {
             let path = self.graph.directory().join(file);
-            key.key(Key::of_bytes(&open::bytes(&path)?));
+            match open::contents(&path) {
+                Some(contents) => key.key(contents),
+                // What is wrong with it is said as everywhere.
+                None => key.key(Key::of_bytes(&open::bytes(&path)?)),
+            };
         }
         Ok(key.finish())
     }
 
-    fn finish<'s>(
-        &'s self,
-        scope: &rayon::Scope<'s>,
-        at: usize,
-        value: AnyValue,
-        outcome: Outcome,
-        seconds: f64,
-    ) where
+    fn finish<'s>(&'s self, scope: &rayon::Scope<'s>, at: usize, held: Holding, outcome: Outcome)
+    where
         'a: 's,
     {
         let instance = &self.plan.instances[at];
         let node = &self.graph.nodes[instance.node];
+        let value = &held.value;
         let report = Report {
             node: node.id.clone(),
             kind: node.kind.name,
             demand: instance.demand.json(),
+            key: value.key.expect("every value got a key when it was made"),
             outcome,
-            seconds,
+            seconds: held.seconds,
             bytes: value.bytes,
             facts: value.facts.clone(),
         };
@@ -350,11 +416,17 @@ impl<'a> Evaluation<'a> {
         {
             let mut state = self.state();
             state.reports.push(report);
-            state.values[at] = Some(value);
+            state.held[at] = Some(held);
             for user in &self.users[at] {
                 state.open[*user] -= 1;
                 if state.open[*user] == 0 {
                     ready.push(*user);
+                }
+            }
+            for (_, input) in &instance.inputs {
+                state.waiting[*input] -= 1;
+                if state.waiting[*input] == 0 {
+                    state.let_go(*input).into_iter().for_each(|held| self.run.keep(held));
                 }
             }
         }
@@ -366,6 +438,17 @@ impl<'a> Evaluation<'a> {
     fn fail(&self, at: usize, error: Error) {
         let node = self.graph.nodes[self.plan.instances[at].node].id.clone();
         self.state().failure.get_or_insert(Failure { node, error });
+    }
+}
+
+impl State {
+    /// Takes away a value that nobody waits for any more.
+    fn let_go(&mut self, at: usize) -> Option<Holding> {
+        let held = self.held[at].take()?;
+        if self.busy.get(&held.key).is_some_and(|(holder, _)| *holder == at) {
+            self.busy.remove(&held.key);
+        }
+        Some(held)
     }
 }
 

@@ -8,20 +8,24 @@
 //!    not computed.
 //! 3. **evaluate** ([`evaluate`]): in parallel, each content once.
 
+pub mod ask;
 pub mod catalogue;
 pub mod check;
 pub mod demand;
 pub mod diagnostic;
 pub mod document;
 pub mod evaluate;
+pub mod link;
 pub mod node;
 pub mod registry;
 pub mod value;
 
+pub use ask::{Inputs, Upstream};
 pub use check::Graph;
-pub use demand::{Plan, Upstream};
+pub use demand::Plan;
 pub use diagnostic::{Diagnostic, Severity};
-pub use evaluate::{Inputs, Report, Run};
-pub use node::{Link, Node};
+pub use evaluate::{Report, Run};
+pub use link::{InFile, Link, NamedLink, OutFile};
+pub use node::Node;
 pub use registry::Registry;
 pub use value::{Demand, Value};

@@ -2,13 +2,11 @@
 //! parses it, its documentation is the manual, its schema says links, files and ranges.
 
 use schemars::JsonSchema;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use std::marker::PhantomData;
-use std::path::{Path, PathBuf};
 
-use super::demand::Upstream;
-use super::evaluate::Inputs;
+use super::ask::{Inputs, Upstream};
+use super::link::Link;
 use super::value::{AnyDemand, AnyValue, Value};
 use crate::error::Result;
 
@@ -119,120 +117,6 @@ impl FieldError {
     }
 }
 
-/// A link to the node that makes a `T`: in graphs, the node's name, or the path of a file that
-/// [can be read](Value::READER) as such a value.
-pub struct Link<T> {
-    target: String,
-    of: PhantomData<fn() -> T>,
-}
-
-impl<T> Link<T> {
-    /// A link to a node, or a file.
-    pub fn to(target: impl Into<String>) -> Link<T> {
-        Link { target: target.into(), of: PhantomData }
-    }
-
-    /// The name of the node, or the path of the file; empty if the link is not given.
-    pub fn target(&self) -> &str {
-        &self.target
-    }
-}
-
-impl<T> Default for Link<T> {
-    fn default() -> Link<T> {
-        Link::to("")
-    }
-}
-
-impl<T> Clone for Link<T> {
-    fn clone(&self) -> Link<T> {
-        Link::to(self.target.clone())
-    }
-}
-
-impl<T> std::fmt::Debug for Link<T> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{:?}", self.target)
-    }
-}
-
-impl<T> PartialEq for Link<T> {
-    fn eq(&self, other: &Link<T>) -> bool {
-        self.target == other.target
-    }
-}
-
-impl<T> Serialize for Link<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        self.target.serialize(serializer)
-    }
-}
-
-impl<'de, T> Deserialize<'de> for Link<T> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Link<T>, D::Error> {
-        String::deserialize(deserializer).map(Link::to)
-    }
-}
-
-/// The schema's mark of a link: the name of the type that it leads to.
-pub(super) const LINK: &str = "x-link";
-/// The schema's mark of a file: `"read"` or `"write"`.
-pub(super) const FILE: &str = "x-file";
-
-impl<T: Value> JsonSchema for Link<T> {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        format!("Link of {}", T::NAME).into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "type": "string", LINK: T::NAME, "x-reader": T::READER })
-    }
-}
-
-/// A file that a node reads; relative to the graph's file.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct InFile(pub String);
-
-/// A file that a node writes; relative to the graph's file.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct OutFile(pub String);
-
-impl InFile {
-    /// The file's path.
-    pub fn resolve(&self, inputs: &Inputs<'_>) -> PathBuf {
-        inputs.directory().join(&self.0)
-    }
-}
-
-impl OutFile {
-    /// The file's path.
-    pub fn resolve(&self, inputs: &Inputs<'_>) -> PathBuf {
-        inputs.directory().join(&self.0)
-    }
-}
-
-impl JsonSchema for InFile {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "file".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "type": "string", FILE: "read" })
-    }
-}
-
-impl JsonSchema for OutFile {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "file to write".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "type": "string", FILE: "write" })
-    }
-}
-
 /// A node of any kind, in a graph.
 pub(super) trait AnyNode: Send + Sync {
     fn check(&self) -> std::result::Result<(), FieldError>;
@@ -260,15 +144,10 @@ impl<N: Node> AnyNode for N {
     }
 
     fn passes(&self) -> Option<String> {
-        Node::passes(self).map(|link| link.target.clone())
+        Node::passes(self).map(|link| link.target().to_owned())
     }
 }
 
 fn typed<N: Node>(wanted: &dyn AnyDemand) -> &Wanted<N> {
     wanted.as_any().downcast_ref().expect("demands are made by the type of the link")
-}
-
-/// Whether a link's target is a file and not a node: it has a dot or a slash.
-pub(super) fn is_file(target: &str) -> bool {
-    Path::new(target).extension().is_some() || target.contains(['/', '\\'])
 }

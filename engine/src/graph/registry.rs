@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::catalogue::{self, Field};
-use super::node::{AnyNode, LINK, Node};
+use super::link::LINK;
+use super::node::{AnyNode, Node};
 use super::value::Value;
 use crate::text::options;
 

@@ -5,6 +5,7 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
+use crate::cache::{Cache, InUse};
 use crate::key::Key;
 
 /// A type that flows between nodes.
@@ -55,12 +56,25 @@ pub(super) struct AnyValue {
     pub(super) key: Option<Key>,
     pub(super) bytes: usize,
     pub(super) facts: Vec<(&'static str, u64)>,
+    /// Counts its bytes as long as somebody uses it.
+    _in_use: Option<Arc<InUse>>,
 }
 
 impl AnyValue {
     pub(super) fn new<T: Value>(value: T) -> AnyValue {
         let (key, bytes, facts) = (value.key(), value.bytes(), value.facts());
-        AnyValue { value: Arc::new(value), key, bytes, facts }
+        AnyValue { value: Arc::new(value), key, bytes, facts, _in_use: None }
+    }
+
+    /// The same, its bytes counted as long as somebody uses it.
+    pub(super) fn used(self, cache: &Arc<Cache>) -> AnyValue {
+        let _in_use = Some(Arc::new(cache.in_use(self.bytes)));
+        AnyValue { _in_use, ..self }
+    }
+
+    /// The same for keeping.
+    pub(super) fn kept(self) -> AnyValue {
+        AnyValue { _in_use: None, ..self }
     }
 
     /// The value, whose type the check of links has established.

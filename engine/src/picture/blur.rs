@@ -4,6 +4,7 @@ use super::{Lights, with_pixels};
 use crate::error::Result;
 use crate::image::Image;
 use crate::math;
+use crate::watch::Watch;
 
 /// A picture spread by a Gaussian of a standard deviation in pixels, 0 or more. At its border it goes on as it
 /// ends.
@@ -45,6 +46,13 @@ fn spread(pixels: &[[f32; 4]], width: usize, height: usize, weights: &[f32]) -> 
             sum.iter_mut().zip(from(place)).for_each(|(sum, v)| *sum += v * weight);
         }
         sum
+    };
+    let watch = Watch::current();
+    let along = |count: usize, from: &(dyn Fn(usize) -> [f32; 4] + Sync), at: usize| match watch
+        .is_stopped()
+    {
+        true => [0.0; 4],
+        false => along(count, from, at),
     };
     let rows: Vec<[f32; 4]> = (0..width * height)
         .into_par_iter()

@@ -8,6 +8,7 @@ use crate::image::{Image, Samples, Window};
 use crate::key::Key;
 use crate::math;
 use crate::texture::{Filter, Footprint, Meaning, Source, Store, Wrap};
+use crate::watch::Watch;
 
 /// A picture laid into another size: a part of it, moved, scaled and turned.
 #[derive(Clone, Copy, Debug)]
@@ -144,12 +145,14 @@ impl Reformat {
         let source =
             Source { key: Key::of("reformat"), meaning: Meaning::Color, read: Box::new(read) };
         let store = Store::new(usize::MAX);
+        let watch = Watch::current();
         // The levels are made before rows share them.
         store.open(&source)?;
         let up = |at: DVec2| DVec2::new(at.x, 1.0 - at.y);
         let rows: Vec<Vec<[f32; 4]>> = (0..height)
             .into_par_iter()
             .map(|y| {
+                watch.check()?;
                 let opened = store.open(&source)?;
                 let one = |x: u32| {
                     let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);

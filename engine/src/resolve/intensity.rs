@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use crate::fragment::{Anywhere, Fragments};
 use crate::span::image::{Intensities, Paint};
 use crate::span::{FaceId, Seen, SpanImage};
+use crate::watch::Watch;
 use std::sync::Arc;
 
 /// Fragments shaded in one batch.
@@ -26,9 +27,11 @@ fn compute(image: &SpanImage, all: bool) -> Intensities {
     seen.add(image);
     let visible: Vec<_> = seen.faces().collect();
     let mut paints = vec![None; image.face_count()];
+    let watch = Watch::current();
+    let shade = |batch| if watch.is_stopped() { Vec::new() } else { shade(image, batch, all) };
     let shaded: Vec<(FaceId, Paint)> = visible
         .par_chunk_by(|a, b| image.locate(a.0).0 == image.locate(b.0).0)
-        .flat_map(|of_source| of_source.par_chunks(BATCH).map(|batch| shade(image, batch, all)))
+        .flat_map(|of_source| of_source.par_chunks(BATCH).map(&shade))
         .flatten_iter()
         .collect();
     for (face, paint) in shaded {

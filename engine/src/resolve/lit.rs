@@ -9,13 +9,14 @@ use std::sync::Arc;
 use super::hidden::Hidden;
 use super::rule::{Framing, Rule, Share, shares};
 use super::strip::left_of;
-use crate::fragment::{Casting, Kept, Piece, World};
+use crate::fragment::{Casting, Piece, World};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::shadow::{self, Dark, Patches};
 use crate::span::layer::Segment;
 use crate::span::{FaceId, SpanImage};
 use crate::trace::Toward;
+use crate::watch::Watch;
 
 /// How far beside a pixel what its face is lit by is looked for where no line meets it there, in pixels of the raster
 /// and at most in pixels of the picture.
@@ -46,6 +47,7 @@ pub(super) struct Shadows<'a> {
     /// The columns of which shadows are known: those that are computed, and what may count for them.
     columns: Range<u32>,
     rows: RefCell<HashMap<(Key, u32), Arc<Row>>>,
+    watch: Watch,
 }
 
 /// The shadows of a row of the picture.
@@ -67,12 +69,18 @@ struct Part {
 }
 
 impl<'a> Shadows<'a> {
-    pub(super) fn new(image: &'a SpanImage, rule: Rule, framing: &'a Framing) -> Shadows<'a> {
+    pub(super) fn new(
+        image: &'a SpanImage,
+        rule: Rule,
+        framing: &'a Framing,
+        watch: &Watch,
+    ) -> Shadows<'a> {
         let width = Framing::size(image.view().raster(), framing.scale).map_or(0, |size| size.0);
         let whole = 0..width.max(framing.columns.end);
         let reach = (f64::from(REACH.0) * framing.scale.x.max(1.0)).min(f64::from(REACH.1)) as u32;
         let columns = around(&framing.columns, reach, &whole);
-        Shadows { image, rule, framing, whole, reach, columns, rows: RefCell::default() }
+        let (rows, watch) = (RefCell::default(), watch.clone());
+        Shadows { image, rule, framing, whole, reach, columns, rows, watch }
     }
 
     /// Forgets what belongs to no row of `rows`.
@@ -237,26 +245,22 @@ impl<'a> Shadows<'a> {
     /// The shadows of a chunk of lines, kept with the image.
     fn chunk(&self, at: u32, key: Key, casting: &Casting<'_>) -> Arc<shadow::Lines> {
         let memo = self.image.memo();
-        if let Some(known) = memo.get(key, at).and_then(|kept| kept.downcast().ok()) {
-            return known;
-        }
-        let per_chunk = CHUNK * self.image.plan().per_row;
-        let range = self.image.lines().range();
-        let lines = (at * per_chunk).max(range.start)..((at + 1) * per_chunk).min(range.end);
-        let of_world = self.patches_key(casting.world);
-        let known = memo.get(of_world, at).and_then(|kept| kept.downcast().ok());
-        let patches: Arc<Patches> = known.unwrap_or_else(|| {
-            let layers = self.seen_layers(lines.clone());
-            let of = |k: u32| &*layers[(k - lines.start) as usize];
-            let patches = Patches::new(self.image, casting.world, lines.clone(), of);
-            let patches = Arc::new(patches);
-            memo.put(of_world, at, patches.clone() as Kept, patches.bytes());
-            patches
-        });
-        let cast = Arc::new(shadow::cast(self.image, &patches, casting, lines));
-        let bytes = cast.iter().map(|line| size_of_val(&**line) + size_of_val(line)).sum();
-        memo.put(key, at, cast.clone() as Kept, bytes);
-        cast
+        memo.or_made((key, at), &self.watch, || {
+            let per_chunk = CHUNK * self.image.plan().per_row;
+            let range = self.image.lines().range();
+            let lines = (at * per_chunk).max(range.start)..((at + 1) * per_chunk).min(range.end);
+            let of_world = self.patches_key(casting.world);
+            let patches = memo.or_made((of_world, at), &self.watch, || {
+                let layers = self.seen_layers(lines.clone());
+                let of = |k: u32| &*layers[(k - lines.start) as usize];
+                let patches = Patches::new(self.image, casting.world, lines.clone(), of);
+                let bytes = patches.bytes();
+                (patches, bytes)
+            });
+            let cast = shadow::cast(self.image, &patches, casting, lines, &self.watch);
+            let bytes = cast.iter().map(|line| size_of_val(&**line) + size_of_val(line)).sum();
+            (cast, bytes)
+        })
     }
 
     /// Whether layers that are hidden in the pixels of the raster need no shadow: where they are not enlarged, so

@@ -41,6 +41,7 @@ use crate::raster::Rows;
 use crate::span::SpanImage;
 use crate::span::image::Intensities;
 use crate::visible::probe::Index;
+use crate::watch::Watch;
 use select::Selected;
 use stream::{Ahead, Pixels, Stream, Told};
 
@@ -293,17 +294,19 @@ fn paint(
         part.touched = values
     });
     deal(std::slice::from_mut(&mut id), rows, &mut parts, |part, _, values| part.id = values);
+    let watch = Watch::current();
     let stream = || {
         let mut coverage = Coverage::new(image, rule, framing, index.as_ref()).without_hidden();
         if channels.contains(&Channel::Error) {
             coverage = coverage.with_estimates();
         }
-        Stream::new(image, rule, framing, &intensities, channels, coverage)
+        Stream::new(image, rule, framing, &intensities, channels, coverage, &watch)
             .with_layers(&wanted)
             .with_selected(selected)
     };
     let ahead = if wants_color { Ahead::of(image, &bands, stream) } else { None };
     let (ahead, passes) = ahead.unzip();
+    watch.begin(bands.len());
     let told: Vec<Told> = bands
         .par_iter()
         .zip(parts)

@@ -113,7 +113,7 @@ pub const MAX_AREA: u64 = 1 << 29;
 pub const MOST_SCALED: u32 = 1 << 30;
 
 /// How a raster is placed in a picture: scaled, moved, and a window cut out.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Framing {
     /// Pixels of the picture per pixel of the raster, in x and y: T of \[N], above 0.
     pub scale: DVec2,

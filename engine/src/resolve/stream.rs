@@ -26,6 +26,7 @@ use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::{Intensities, Paint};
 use crate::span::{Held, SpanImage};
+use crate::watch::Watch;
 pub(super) use ahead::Ahead;
 use gather::{Blend, Gathered, Group, Member, Point};
 
@@ -63,6 +64,7 @@ pub(super) struct Stream<'a> {
     selected: Option<&'a Selected>,
     /// What shaders counted.
     counts: RefCell<BTreeMap<&'static str, u64>>,
+    watch: Watch,
 }
 
 /// What rows tell beside their pixels.
@@ -90,8 +92,14 @@ impl Batch for Place<'_> {
         self.stream.image.memo().get(self.key_of(key), self.part)
     }
 
-    fn keep(&self, key: Key, value: Kept, bytes: usize) {
-        self.stream.image.memo().put(self.key_of(key), self.part, value, bytes);
+    fn keep(&self, key: Key, value: Kept, bytes: usize, seconds: f64) {
+        if !self.is_stopped() {
+            self.stream.image.memo().put(self.key_of(key), self.part, value, bytes, seconds);
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stream.watch.is_stopped()
     }
 
     fn painted(&self) -> &[Painted] {
@@ -138,23 +146,25 @@ impl<'a> Stream<'a> {
         intensities: &'a Intensities,
         channels: &'a BTreeSet<Channel>,
         coverage: Coverage<'a>,
+        watch: &Watch,
     ) -> Stream<'a> {
         let reads: Vec<Columns> = image.sources().iter().map(|source| source.reads()).collect();
         let mut key = KeyHasher::new("fragments");
-        key.value(&rule).bytes(format!("{framing:?} {reads:?} {channels:?}").as_bytes());
+        key.value(&(rule, framing, &reads, channels));
         Stream {
             image,
             framing,
             intensities,
             channels,
             coverage,
-            shadows: Shadows::new(image, rule, framing),
+            shadows: Shadows::new(image, rule, framing, watch),
             key: key.finish(),
             covers: Vec::new(),
             objects: HashMap::new(),
             layers: &[],
             selected: None,
             counts: RefCell::default(),
+            watch: watch.clone(),
         }
     }
 
@@ -173,11 +183,11 @@ impl<'a> Stream<'a> {
 
     /// The fragments of rows of the picture, band `band`.
     fn gathered(&mut self, band: u32, rows: &Rows) -> Arc<Gathered> {
-        let known = self.image.memo().get(self.key, band).and_then(|kept| kept.downcast().ok());
-        known.unwrap_or_else(|| {
-            let gathered = Arc::new(self.gather(rows));
-            self.image.memo().put(self.key, band, gathered.clone() as Kept, gathered.bytes());
-            gathered
+        let (image, watch) = (self.image, self.watch.clone());
+        image.memo().or_made((self.key, band), &watch, || {
+            let gathered = self.gather(rows);
+            let bytes = gathered.bytes();
+            (gathered, bytes)
         })
     }
 
@@ -193,6 +203,10 @@ impl<'a> Stream<'a> {
         // more and, with several threads, an interrupt of all processors. Measured: half of the time.
         pixels.color.iter_mut().for_each(|channel| channel.fill(0.0));
         pixels.layers.iter_mut().for_each(|channel| channel.fill(0.0));
+        self.watch.step();
+        if self.watch.is_stopped() {
+            return Told::default();
+        }
         let gathered = match ahead {
             Some(ahead) => ahead.gathered.clone(),
             None => self.gathered(band, &rows),

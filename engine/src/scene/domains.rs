@@ -14,6 +14,7 @@ use crate::image::file::Encoded;
 use crate::image::texels::{Samples, Texels};
 use crate::image::{Codes, Layout};
 use crate::key::{Key, KeyHasher};
+use crate::open;
 use crate::texture::{Filter, Footprint, Mapping, Meaning, Opened, Source, is_in, store};
 
 /// Attribute domains of a surface, and what each looks like.
@@ -150,12 +151,12 @@ impl Ready {
         let Define::Picture(path) = &domains.define else { return ready };
         ready.path = PathBuf::from(path);
         let known: Vec<u8> = domains.numbers.keys().copied().collect();
-        let about = std::fs::metadata(&ready.path).ok();
-        let about = about.map(|file| (file.len(), file.modified().ok()));
+        let contents = open::contents(&ready.path);
+        let absent = contents.is_none().then(|| ready.path.clone());
         let source = |four: &[u8]| {
             let four = std::array::from_fn(|k| four[k.min(four.len() - 1)]);
             let mut key = KeyHasher::new("trigger");
-            key.value(&(&ready.path, &known, four, about));
+            key.value(&(contents, &absent, &known, four));
             let (from, known) = (ready.path.clone(), known.clone());
             let read = Box::new(move || indices(&from, &known));
             Source { key: key.finish(), meaning: Meaning::Indices(four), read }

@@ -2,7 +2,7 @@
 //! number, every face and seal numbered.
 
 use glam::DAffine3;
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -20,6 +20,7 @@ use crate::fragment::{Environment, Origin};
 use crate::image::file::Encoded;
 use crate::key::{Key, KeyHasher};
 use crate::light::list::{Entry, MakeLamp};
+use crate::open;
 
 /// The most objects that a scene may place.
 const MAX_INSTANCES: usize = 1 << 24;
@@ -34,8 +35,10 @@ pub(super) const WITHOUT_PICTURES: &str =
 pub struct Scene {
     /// What the scene is called: its file, as the graph names it.
     pub label: String,
-    /// The contents.
+    /// The contents, without those of the pictures that materials name.
     pub key: Key,
+    /// The contents of these pictures, if it was read from a file.
+    pub pictures: Option<Key>,
     /// The placed meshes, in the order of the tree.
     pub instances: Vec<Instance>,
     /// All materials. The last is the one of faces that name none.
@@ -93,9 +96,19 @@ impl Scene {
         })
     }
 
+    /// The contents of the pictures of its materials.
+    pub(super) fn key_of_pictures(&self) -> Key {
+        let mut key = KeyHasher::new("pictures");
+        let files: BTreeSet<&Path> = self.pictures().map(|(.., path)| path).collect();
+        files.into_iter().for_each(|path| {
+            key.value(&open::contents(path));
+        });
+        key.finish()
+    }
+
     /// The pictures of its materials whose files are not there: which, of which material, and the cure.
     pub fn missing_pictures(&self) -> Vec<String> {
-        let missing = self.pictures().filter(|(.., path)| !path.exists());
+        let missing = self.pictures().filter(|(.., path)| !open::is_file(path));
         let told = missing.map(|(name, what, path)| {
             let path = path.display();
             format!("material \"{name}\", {what}: there is no file {path}: {WITHOUT_PICTURES}")
@@ -107,7 +120,8 @@ impl Scene {
     /// each of them.
     pub fn unreadable_pictures(&self) -> Vec<String> {
         let mut looked = HashSet::new();
-        let files = self.pictures().filter(|(.., path)| path.exists() && looked.insert(*path));
+        let files =
+            self.pictures().filter(|(.., path)| open::is_file(path) && looked.insert(*path));
         let told = files.filter_map(|(name, what, path)| {
             let error = Encoded::open(path).and_then(|picture| picture.head()).err()?;
             Some(format!("material \"{name}\", {what}: {error}: {WITHOUT_PICTURES}"))
@@ -199,6 +213,7 @@ impl Scene {
         let mut scene = Scene {
             label: label.to_owned(),
             key: key_of_all.finish(),
+            pictures: None,
             instances,
             materials,
             material_names,

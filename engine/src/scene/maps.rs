@@ -15,6 +15,7 @@ use crate::image::file::Encoded;
 use crate::image::texels::Texels;
 use crate::key::{Key, KeyHasher};
 use crate::math;
+use crate::open;
 use crate::texture::{Filter, Footprint, Meaning, Opened, Place, Source, Wrap, store};
 
 /// What a map changes.
@@ -457,11 +458,10 @@ fn source(picture: &Picture, what: What, meaning: Meaning) -> Option<(PathBuf, S
     let mut key = KeyHasher::new("picture");
     let is_alpha = what == What::Alpha;
     let is_raw = !matches!(picture, Picture::File(_));
-    key.value(&(&path, number, meaning, is_alpha, is_raw));
-    // A file that was changed is another one.
-    if let Ok(about) = std::fs::metadata(&path) {
-        key.value(&(about.len(), about.modified().ok()));
-    }
+    // What it holds counts, and not what it is called; one that is not there is none that is.
+    let contents = open::contents(&path);
+    let absent = contents.is_none().then_some(&path);
+    key.value(&(contents, absent, number, meaning, is_alpha, is_raw));
     let from = path.clone();
     let read = move || -> Result<Texels> {
         let texels = match number {

@@ -10,7 +10,7 @@ use super::pattern::{Pattern, Spread};
 use super::{clipped, gloss};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Casting, Columns, Finish, Fragments, Gloss, Hiding, Kept, Layers, Shader, World,
+    Around, Batch, Casting, Columns, Finish, Fragments, Gloss, Hiding, Layers, Shader, World,
 };
 use crate::key::KeyHasher;
 use crate::light::{Lamp, Light, Receiver, Sample};
@@ -208,15 +208,12 @@ impl Illuminate {
         around.changes_before().for_each(|stage| {
             key.key(stage.key());
         });
-        let key = key.finish();
-        if let Some(known) = around.batch.kept(key).and_then(|kept| kept.downcast().ok()) {
-            return known;
-        }
-        let received = Arc::new(Lighting::new(self, lamp, fragments, around).received());
-        let Received { diffuse, gloss, error } = &*received;
-        let bytes = diffuse.bytes() + size_of_val(&**gloss) + size_of_val(&**error);
-        around.batch.keep(key, received.clone() as Kept, bytes);
-        received
+        around.batch.or_made(key.finish(), || {
+            let received = Lighting::new(self, lamp, fragments, around).received();
+            let Received { diffuse, gloss, error } = &received;
+            let bytes = diffuse.bytes() + size_of_val(&**gloss) + size_of_val(&**error);
+            (received, bytes)
+        })
     }
 }
 
@@ -327,7 +324,8 @@ impl<'a> Lighting<'a> {
         let (mut gloss, mut error) = (Vec::new(), Vec::new());
         let wants_error = self.fragments.layers.is_some();
         for i in 0..count {
-            let one = if self.fragments.unlit[i] { Share::default() } else { self.of(i) };
+            let is_dark = self.fragments.unlit[i] || self.batch.is_stopped();
+            let one = if is_dark { Share::default() } else { self.of(i) };
             diffuse.push(one.diffuse);
             gloss.extend(self.shines.then_some(one.gloss));
             error.extend(wants_error.then_some(one.error));

@@ -6,7 +6,6 @@
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
-use std::sync::Arc;
 
 use super::pattern::{Pattern, Spread};
 use crate::color::Color;
@@ -111,7 +110,11 @@ impl Shader for Trace {
             if rays.is_empty() {
                 continue;
             }
-            let met = self.meet(&rays, fragments, world, around.batch, key);
+            let met = around.batch.or_made(key, || {
+                let met = self.meet(&rays, fragments, world, around.batch);
+                let bytes = size_of_val(&*met);
+                (met, bytes)
+            });
             let shown = shown.get_or_insert_with(|| Shown::new(fragments));
             self.show(&rays, &met, fragments, (world, around, key), shown);
         }
@@ -200,11 +203,7 @@ impl Trace {
         fragments: &Fragments<'_>,
         world: &World,
         batch: &dyn Batch,
-        key: Key,
-    ) -> Arc<Vec<Met>> {
-        if let Some(known) = batch.kept(key).and_then(|kept| kept.downcast().ok()) {
-            return known;
-        }
+    ) -> Vec<Met> {
         let (members, finders): (Vec<usize>, Vec<Finder<'_>>) = world
             .casters()
             .map(|(member, casters)| (member, casters.finder(&self.accelerator)))
@@ -213,6 +212,9 @@ impl Trace {
         batch.count("rays", rays.len() as u64);
         let mut all = Vec::new();
         for (number, followed) in rays.iter().enumerate() {
+            if batch.is_stopped() {
+                break;
+            }
             let ray = Ray::new(followed.origin, followed.direction, f64::INFINITY);
             let mut last = (0.0, 0, 0);
             let mut left = followed.weight.greatest();
@@ -263,8 +265,6 @@ impl Trace {
                 }
             }
         }
-        let all = Arc::new(all);
-        batch.keep(key, all.clone() as Kept, size_of_val(&**all));
         all
     }
 
@@ -475,8 +475,12 @@ impl Batch for Within<'_> {
         self.outer.kept(self.key_of(key))
     }
 
-    fn keep(&self, key: Key, value: Kept, bytes: usize) {
-        self.outer.keep(self.key_of(key), value, bytes);
+    fn keep(&self, key: Key, value: Kept, bytes: usize, seconds: f64) {
+        self.outer.keep(self.key_of(key), value, bytes, seconds);
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.outer.is_stopped()
     }
 
     fn count(&self, what: &'static str, number: u64) {

@@ -22,6 +22,7 @@ use crate::fragment::{Casting, Stage, Surfaces, World, stack};
 use crate::span::layer::Segment;
 use crate::span::{FaceId, SpanImage, slopes};
 use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, Turn, spaces_of};
+use crate::watch::Watch;
 pub use piece::{Way, lies_in, opacity};
 
 /// The width of a patch in pixels. Narrower, there are more patches to look for; wider, each has more
@@ -122,6 +123,7 @@ pub fn cast(
     patches: &Patches,
     casting: &Casting<'_>,
     lines: Range<u32>,
+    watch: &Watch,
 ) -> Lines {
     let casters = casting.world.casters().map(|(member, casters)| {
         let spaces = match (casting.less.candidates, casting.from) {
@@ -140,7 +142,7 @@ pub fn cast(
         if casting.less.candidates == Candidates::Clusters {
             work.look_around(made());
         }
-        for spans in patches() {
+        for spans in patches().take_while(|_| !watch.is_stopped()) {
             work.patch(spans, lines.start, &mut dark);
         }
     }

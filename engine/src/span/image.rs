@@ -9,7 +9,8 @@ use super::cut::{self, Cut};
 use super::layer::{self, Segment};
 use super::line::Span;
 use super::per_line::PerLine;
-use super::{Again, Face, FaceId, Memo, OnLine, Probe, Source, Stage, Union};
+use super::{Again, Face, FaceId, OnLine, Probe, Source, Stage, Union};
+use crate::cache::{Shelf, cache};
 use crate::camera::{Plane, View};
 use crate::color::{Color, Kind};
 use crate::error::{Error, Result};
@@ -49,7 +50,7 @@ pub struct SpanImage {
     limits: Arc<[Plane]>,
     intensities: OnceLock<Arc<Intensities>>,
     /// What is kept of these very lines and faces, whatever their stacks.
-    memo: Arc<Memo>,
+    memo: Arc<Shelf>,
 }
 
 impl SpanImage {
@@ -82,7 +83,7 @@ impl SpanImage {
             cuts: Arc::new(Cuts::empty(lines)),
             limits: Arc::default(),
             intensities: OnceLock::new(),
-            memo: Arc::default(),
+            memo: Arc::new(cache().shelf()),
         }
     }
 
@@ -109,7 +110,13 @@ impl SpanImage {
         debug_assert_eq!(lines.range(), self.lines.range());
         debug_assert_eq!(layers.range(), lines.range());
         let (lines, layers) = (Arc::new(lines), Arc::new(layers));
-        SpanImage { lines, layers, intensities: OnceLock::new(), memo: Arc::default(), ..self }
+        SpanImage {
+            lines,
+            layers,
+            intensities: OnceLock::new(),
+            memo: Arc::new(cache().shelf()),
+            ..self
+        }
     }
 
     /// The image with other [cuts](super::cut), in their one form.
@@ -295,7 +302,7 @@ impl SpanImage {
     }
 
     /// What is kept of these lines and faces. Images that differ in shaders alone share it.
-    pub fn memo(&self) -> &Memo {
+    pub fn memo(&self) -> &Shelf {
         &self.memo
     }
 
@@ -395,7 +402,7 @@ impl SpanImage {
 
     /// The image with the sources that a [`Union`] made of its own.
     pub(super) fn with_sources_of(&self, sources: Vec<Arc<Source>>, bases: Vec<u32>) -> SpanImage {
-        let (intensities, memo) = (OnceLock::new(), Arc::default());
+        let (intensities, memo) = (OnceLock::new(), Arc::new(cache().shelf()));
         SpanImage { sources, bases, again: None, intensities, memo, ..self.clone() }
     }
 

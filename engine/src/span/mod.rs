@@ -7,7 +7,7 @@
 //! Reading path: [`order`] (which face is nearer), [`mod@line`] (a line and the merge of two), [`layer`]
 //! (translucent faces), [`face`] (planes and outlines), [`edges`] (outlines by height), [`cut`] (boundaries whose face is gone), [`slopes`] (boundaries that lean), [`image`] (all lines of a picture, and the merge
 //! of pictures), [`union`] (ids that mean the same in several pictures), [`probe`] (more lines, where they
-//! are wanted), [`memo`] (what is kept beside them), [`writer`] (for renderers of other people).
+//! are wanted), [`writer`] (for renderers of other people).
 
 pub mod cut;
 pub mod edges;
@@ -17,7 +17,6 @@ pub mod hold;
 pub mod image;
 pub mod layer;
 pub mod line;
-pub mod memo;
 pub mod order;
 pub mod per_line;
 pub mod probe;
@@ -34,7 +33,6 @@ pub use hold::{Held, Keep};
 pub use image::{Cuts, Layers, Lines, SpanImage};
 pub use layer::Segment;
 pub use line::Span;
-pub use memo::Memo;
 pub use order::OnLine;
 pub use per_line::PerLine;
 pub(crate) use probe::Again;

@@ -20,6 +20,7 @@ use crate::fragment::{Member, Stage, World};
 use crate::key::Key;
 use crate::raster::{LinePlan, Phase, Raster, Rows};
 use crate::span::{Cut, Cuts, FaceId, Layers, Lines, Segment, Source, Span, SpanImage, layer};
+use crate::watch::Watch;
 
 /// About how many lines are held at once where a file is read part by part.
 const STEP_LINES: u32 = 2048;
@@ -210,16 +211,19 @@ impl SpanFile {
         }
         let wanted = self.plan().lines(&rows);
         let meets = |block: &&Block| block.a < wanted.end && wanted.start < block.a + block.b;
+        let watch = Watch::current();
         let mut bodies: Vec<(Block, Vec<u8>)> = Vec::new();
         {
             let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
             for block in self.lines.iter().filter(meets) {
+                watch.check()?;
                 bodies.push((*block, block.read(&self.path, &mut file)?));
             }
         }
         let parts: Vec<(Lines, (Layers, Cuts))> = bodies
             .into_par_iter()
             .map(|(block, body)| {
+                watch.check()?;
                 let raw = block.unpack(&self.path, body)?;
                 self.decode(&block, &raw, &wanted).map_err(|fault| block.fault(&self.path, fault))
             })

@@ -10,6 +10,7 @@ use crate::error::{Error, Result};
 use crate::image::texels::Texels;
 use crate::image::{Image, Window};
 use crate::key::{Key, KeyHasher};
+use crate::watch::Watch;
 
 /// The bytes that the store holds if nobody says otherwise.
 const USUAL_LIMIT: usize = 1 << 30;
@@ -180,7 +181,8 @@ impl Store {
         if let Some(level) = known {
             return Ok(level);
         }
-        let levels = pyramid((source.read)()?, source.meaning);
+        // Whoever asks first has not read it: that it is read now is chance.
+        let levels = pyramid(Watch::default().run(&source.read)?, source.meaning);
         let levels: Vec<Arc<Level>> = levels.into_iter().map(Arc::new).collect();
         let wanted = (number as usize).min(levels.len() - 1);
         let mut held = self.held();

@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::raster::LinePlan;
 use crate::scene::{Geometry, Instance, Part, Scene, surfaces::normal_matrix};
 use crate::span::{FaceHead, FaceTable, FaceTableBuilder, Role};
+use crate::watch::Watch;
 
 /// Faces in one task.
 const CHUNK: usize = 8192;
@@ -21,12 +22,14 @@ const CHUNK: usize = 8192;
 /// If the scene has more corners than a table holds.
 pub fn face_table(cluster: &Cluster, view: &View, plan: LinePlan) -> Result<FaceTable> {
     let Cluster { scene, priority, layered, .. } = cluster;
+    let watch = Watch::current();
     let parts: Vec<(Vec<DVec2>, Vec<FaceTableBuilder>)> = scene
         .instances
         .par_iter()
         .map(|instance| {
+            watch.check()?;
             let setup = Setup::new(scene, *priority, instance, view, plan);
-            Setup { layered: *layered, ..setup }.faces()
+            Setup { layered: *layered, ..setup }.faces(&watch)
         })
         .collect::<Result<_>>()?;
     let mut table = FaceTableBuilder::new();
@@ -115,11 +118,12 @@ impl<'a> Setup<'a> {
     }
 
     /// The points of the mesh on the screen, and its faces over them.
-    fn faces(&self) -> Result<(Vec<DVec2>, Vec<FaceTableBuilder>)> {
+    fn faces(&self, watch: &Watch) -> Result<(Vec<DVec2>, Vec<FaceTableBuilder>)> {
         let screen = |p: &Homogeneous| self.guard.screen(p).unwrap_or(DVec2::NAN);
         let points: Vec<DVec2> = self.vertices.par_iter().with_min_len(4096).map(screen).collect();
         let count = self.geometry.mesh().face_count();
         let chunks = (0..count.div_ceil(CHUNK)).into_par_iter().map(|chunk| {
+            watch.check()?;
             let mut table = FaceTableBuilder::over(points.len() as u32);
             for face in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
                 self.face(face, &points, &mut table)?;

@@ -20,6 +20,7 @@ use crate::camera::Plane;
 use crate::raster::Raster;
 use crate::span::{Face, FaceId, FaceTable, Layers, Lines, OnLine, Segment, SpanImage};
 use crate::span::{layer, line};
+use crate::watch::Watch;
 
 /// Width of a tile in pixels.
 const TILE: u32 = 8;
@@ -36,13 +37,17 @@ pub(super) fn solve(frame: &SpanImage) -> (Lines, Layers) {
         .any(|source| source.faces.faces().iter().any(|face| face.is_translucent));
     let layers = has_layers.then(|| bins_of(frame, &lines, true));
     let bands = (lines.len() as u32).div_ceil(LANES as u32);
+    let watch = Watch::current();
+    watch.begin(bands as usize);
     let (opaque, translucent): (Vec<Lines>, Vec<Layers>) = (0..bands)
         .into_par_iter()
         .map_init(
             || Solver::new(frame),
             |solver, number| {
+                watch.step();
                 let band = Band::new(frame.view(), frame.plan(), &lines, number);
-                let opaque = solver.solve(&band, bins.band(number));
+                let faces = if watch.is_stopped() { &[][..] } else { bins.band(number) };
+                let opaque = solver.solve(&band, faces);
                 let faces = layers.as_ref().map_or(&[][..], |bins| bins.band(number));
                 let translucent = solver.layers(&band, faces, &opaque);
                 (opaque, translucent)

@@ -8,6 +8,8 @@ use spandrel_engine::picture;
 use spandrel_engine::values::Picture;
 
 /// Spreads a picture by a Gaussian, colour and alpha.
+///
+/// Example: `Blur(image: "picture", radius: 0.01)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Blur {

@@ -11,6 +11,8 @@ use spandrel_engine::values::Picture;
 /// Changes the colours of a picture, in this order: times 2 ^ `exposure` and `multiply`, plus `add`, to the power
 /// 1 / `gamma`, towards grey or away from it by `saturation`. Before anything is resolved `Recolor` and `Stream`
 /// do this object by object.
+///
+/// Example: `Grade(image: "picture", exposure: 0.5, saturation: 0.9)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Grade {

@@ -11,6 +11,8 @@ use spandrel_engine::values::Picture;
 
 /// Cuts a subject out of a photograph: a tree out of its sky. Keys say what is surely subject and surely
 /// background; pixels between get an alpha, and the background's colour is taken out of them.
+///
+/// Example: `Matte(image: "assets/photos/oak.jpg", keys: [Bluer(-0.02, 0.13)])`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Matte {

@@ -8,6 +8,8 @@ use spandrel_engine::values::Picture;
 
 /// Puts one picture before another by their alphas: a cut-out photograph over a finished picture. The other
 /// channels are those of the back.
+///
+/// Example: `Over(front: "title", back: "picture")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Over {

@@ -14,6 +14,8 @@ use spandrel_engine::values::{Lines, Picture};
 /// programs drew on them, as a panorama twice as wide as high. Its middle lies towards -z, its top is the zenith.
 /// `PanoramaLight` lights with it; `Background(by: Direction)` shows it. Link a `Background`, or what shades or merges it:
 /// images that are moved, or read from a file of spans, have lines of their own and fit no panorama.
+///
+/// Example: `Panorama(image: "clouds", rows: 256)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Panorama {

@@ -9,6 +9,8 @@ use spandrel_engine::picture::{self, Dither, Palette};
 use spandrel_engine::values::Picture;
 
 /// Shows a picture in few colours, for displays with a palette: colours of its own, or given ones.
+///
+/// Example: `Quantize(image: "picture", colors: 16, dither: Diffused)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Quantize {

@@ -1,7 +1,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
-use spandrel_engine::graph::node::{FieldError, InFile};
+use spandrel_engine::graph::InFile;
+use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::image::file::{Encoded, NotFinite, Select};
@@ -14,6 +15,8 @@ use spandrel_engine::values::Picture;
 /// What the file says of its colours is heeded: those of other primaries become those of Rec. 709, with a note. So is
 /// how a camera was held. What it has beside its colour is kept under its names, with its attributes, for nodes that ask
 /// for it, and for `Write`.
+///
+/// Example: `Read(file: "plate.exr", layer: "beauty")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Read {
@@ -46,7 +49,7 @@ impl Node for Read {
     }
 
     fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
-        let file = Encoded::open(&self.file.resolve(inputs))?;
+        let file = Encoded::open(&self.file.under(inputs.directory()))?;
         let asked = &wanted.channels;
         let wants = |name: &str| match Channel::of(name) {
             Some(channel) => asked.contains(&channel) || asked.contains(&Channel::Others),

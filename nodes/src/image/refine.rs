@@ -15,6 +15,8 @@ use spandrel_engine::values::{Lines, Picture};
 /// Computes a part of a picture anew, such as what mirrors, with more rays: pixels that show anything selected
 /// become those of `image`, resolved here, and all others stay as they are in `over`. Nothing else is shaded.
 /// Size, lines, scale and the rest are those with which the picture was resolved.
+///
+/// Example: `Refine(over: "picture", image: "better", select: Objects(["ball*"]), size: (1280, 720), lines: Sloped(8))`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Refine {

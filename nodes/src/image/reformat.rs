@@ -11,6 +11,8 @@ use spandrel_engine::values::Picture;
 
 /// Lays a picture into another size: a part of it, moved, scaled and turned, filtered by what each new pixel
 /// covers of it. Colour and alpha only.
+///
+/// Example: `Reformat(image: "plate", size: (1920, 1080))`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Reformat {

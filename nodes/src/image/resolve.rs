@@ -14,6 +14,8 @@ use spandrel_engine::values::{Lines, Picture};
 /// Turns spans into pixels, antialiased, at any scale. `size` and `lines` decide what visibility is
 /// solved for; `scale`, `pan` and `window` only how it is shown: several nodes that differ in these
 /// share one visibility.
+///
+/// Example: `Resolve(image: "hazy", size: (1600, 900), lines: Sloped(8))`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Resolve {

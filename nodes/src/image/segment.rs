@@ -9,6 +9,8 @@ use spandrel_engine::values::Picture;
 
 /// Divides a picture into numbered regions, by thresholds or by its own colours: a trigger pattern for attribute
 /// mapping. Written as a PNG, each byte is the number of the region.
+///
+/// Example: `Segment(image: "granite", colors: 3)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Segment {

@@ -15,6 +15,8 @@ use std::sync::Arc;
 /// Light from a picture of everything around that the graph makes: a sky with the clouds that a program drew on it
 /// (`Panorama`), or one that was graded. Its middle lies towards -z, its top is the zenith. A file that is used as it
 /// is may be the `picture` of a `SkyLight` too.
+///
+/// Example: `PanoramaLight(image: "panorama", illuminance: 12000)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PanoramaLight {

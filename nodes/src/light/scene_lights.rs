@@ -8,6 +8,8 @@ use spandrel_engine::scene::Scene;
 use spandrel_engine::values::Lamps;
 
 /// The lights of a scene's list: all of them, or those that are named. Each keeps its own switch.
+///
+/// Example: `SceneLights(scene: "town", names: ["sun", "lamp"])`
 #[derive(Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneLights {

@@ -1,6 +1,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spandrel_engine::graph::node::{FieldError, OutFile};
+use spandrel_engine::graph::OutFile;
+use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::file::{self, Format};
 use spandrel_engine::image::{Image, Samples, Window};
@@ -15,6 +16,8 @@ use std::sync::Arc;
 /// Writes a picture to a file: PNG (8 or 16 bits, sRGB, straight alpha) or OpenEXR (half or float,
 /// scene-linear, associated alpha). The file is whole or not there: it is written beside its place and then renamed.
 /// What a picture that was read has beside its colour, attributes too, is written to OpenEXR again.
+///
+/// Example: `Write(image: "picture", path: "town.exr", channels: [Color, Z, Light])`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Write {
@@ -126,7 +129,7 @@ impl Node for Write {
 
     fn evaluate(&self, wanted: &Override, inputs: &Inputs<'_>) -> Result<Delivery> {
         let mut image = inputs.get(&self.image);
-        let path = self.path.resolve(inputs);
+        let path = self.path.under(inputs.directory());
         if let Some(window) = wanted.window
             && window != image.window
         {

@@ -1,7 +1,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::fragment::Columns;
-use spandrel_engine::graph::node::{FieldError, OutFile};
+use spandrel_engine::graph::OutFile;
+use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::Rule;
@@ -12,6 +13,8 @@ use spandrel_engine::{Error, Result};
 
 /// Writes an image of spans to a .span file: visibility, solved once, for merging, lighting and resolving at
 /// any scale later. The file is whole or not there: it is written beside its place and then renamed.
+///
+/// Example: `WriteSpans(image: "town", path: "town.span", size: (1600, 900), lines: Sloped(8))`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct WriteSpans {
@@ -96,7 +99,7 @@ impl Node for WriteSpans {
     }
 
     fn evaluate(&self, _: &Override, inputs: &Inputs<'_>) -> Result<Delivery> {
-        let path = self.path.resolve(inputs);
+        let path = self.path.under(inputs.directory());
         let scenes = match self.scenes {
             Scenes::ByPath => span_file::Scenes::ByPath,
             Scenes::Embedded => span_file::Scenes::Embedded,

@@ -19,6 +19,8 @@ use std::collections::BTreeSet;
 /// covers it. With a `distance` it stands there: a photographed foreground, cut out by its alpha.
 ///
 /// Lights leave it alone. It casts no shadows.
+///
+/// Example: `Background(camera: "eye", sky: "sky", suns: ["sun"], white: 90000)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Background {

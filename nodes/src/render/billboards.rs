@@ -22,6 +22,8 @@ const MOST: usize = 1_000_000;
 /// over.
 ///
 /// A photograph is cut out by `Matte`.
+///
+/// Example: `Billboards(camera: "eye", pictures: ["oak"], trees: [(0, (-6, 0, -4), 8)])`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Billboards {

@@ -12,6 +12,8 @@ use spandrel_engine::visible::{self, Cluster};
 /// exactly. Concave faces, holes, seals and faces that cross each other are solved as they are.
 ///
 /// How many lines there are is not said here: whoever resolves the image asks for them.
+///
+/// Example: `Scanline(scene: "assets/solids.ron", camera: "eye")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scanline {

@@ -11,6 +11,8 @@ use std::sync::Arc;
 
 /// Fog, by the distance of each visible surface, before anything is resolved: a wire in front of a far
 /// mountain keeps its own fog. The background is left as it is.
+///
+/// Example: `Fog(image: "lit", density: 0.0024, color: "#e6d3b3", start: 40)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fog {
@@ -97,7 +99,7 @@ impl Node for Fog {
         let sky = match &self.sky {
             Some(link) => {
                 let white = self.white.or(image.white()).unwrap_or(1.0);
-                Some((inputs.get(link).sky(link.target())?, white))
+                Some((Lamps::sky(inputs, link)?, white))
             }
             None => None,
         };

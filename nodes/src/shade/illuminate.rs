@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::color::Color;
 use spandrel_engine::graph::node::FieldError;
-use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::graph::{Inputs, Link, NamedLink, Node, Upstream};
 use spandrel_engine::light::sky::Ambient;
 use spandrel_engine::light::{Lamp, Receiver};
 use spandrel_engine::shade::{self, Shadows};
@@ -18,13 +18,15 @@ use std::sync::Arc;
 /// have one intensity all over under parallel light, curved ones are smooth. Surfaces whose material is
 /// unlit stay as they are. What casts shadows is every scene of the image, seen or not: light after a
 /// merge, and shadows fall across clusters.
+///
+/// Example: `Illuminate(image: "town", lights: ["sun", "sky"], white: 90000, shadows: Volumes)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Illuminate {
     /// The image.
     pub image: Link<SpanImage>,
     /// The lights.
-    pub lights: Vec<Link<Lamps>>,
+    pub lights: Vec<NamedLink<Lamps>>,
     /// Light from above: what a white surface that faces straight up shows without any other light. Absent,
     /// that of the scene's `environment`; if no scene of the image has one, none beside a SkyLight or an
     /// AmbientLight, and a tenth of white without.
@@ -159,16 +161,8 @@ impl Node for Illuminate {
 
     fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let image = inputs.get(&self.image);
-        let mut lamps = Vec::new();
-        for link in &self.lights {
-            for lamp in &inputs.get(link).0 {
-                let name = match lamp.name.as_str() {
-                    "" => link.target().to_owned(),
-                    name => format!("{}.{name}", link.target()),
-                };
-                lamps.push(lamp.named(name));
-            }
-        }
+        let named = |link| Lamps::named(inputs, link);
+        let mut lamps: Vec<Lamp> = self.lights.iter().flat_map(named).collect();
         if image.shaders().any(|shader| shader.typetag_name() == "Trace") {
             inputs.warn(
                 "the image is traced already: its lights fall on what mirrors show. Put Trace after \

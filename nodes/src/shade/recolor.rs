@@ -10,6 +10,8 @@ use std::sync::Arc;
 
 /// Corrects the colours of an image, surface by surface, before anything is resolved: one cluster can be
 /// graded before it is merged with others, and its edges have no fringe.
+///
+/// Example: `Recolor(image: "slice", multiply: (1.5, 1.0, 0.6))`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Recolor {

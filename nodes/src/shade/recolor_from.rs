@@ -14,6 +14,8 @@ use std::sync::Arc;
 /// goes back onto them, and merges, hides and is hidden as they do. A picture of another size is stretched over the
 /// image, as if thrown from the camera; where it holds no pixels it is black. Lights that follow act on these colours as on any: recolour after lighting, or
 /// light after recolouring, not both. A span file holds the picture with the image.
+///
+/// Example: `RecolorFrom(image: "town", picture: "painted.png")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct RecolorFrom {

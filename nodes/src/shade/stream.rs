@@ -28,6 +28,8 @@ use std::sync::Arc;
 ///
 /// A program that makes `alpha` shows what lies behind: all that it is given is then rendered in layers, which
 /// takes longer than opaque surfaces do. Shadows stay those of the materials.
+///
+/// Example: `Stream(image: "lit", code: "if (object('car*')) { color = color * 1.2; }")`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Stream {

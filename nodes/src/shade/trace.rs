@@ -13,6 +13,8 @@ use std::sync::Arc;
 /// Local ray tracing: shows what surfaces mirror and let through, where their material's `finish` has
 /// `optics`, and traces nothing else. What a ray meets is shaded as what the camera sees: by the lights before
 /// this node, and by the fog after it on the way from the mirror. Stands after `Illuminate` and before `Fog`.
+///
+/// Example: `Trace(image: "lit", rays: 4, depth: 4, sky: "sky")`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Trace {

@@ -7,6 +7,8 @@ use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::raster::Raster;
 
 /// A camera, perspective or parallel. Distances in metres, angles in degrees; y is up.
+///
+/// Example: `Camera(position: (7, 1.8, 13), look_at: (0, 2, 0), field_of_view: 40)`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(transparent)]
 pub struct Camera(camera::Camera);

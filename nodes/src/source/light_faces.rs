@@ -1,18 +1,20 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
-use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::graph::{Inputs, NamedLink, Node, Upstream};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::values::Lamps;
 
 /// What can be seen of lights, as a scene to render and merge with others: the faces of area and polyhedral
 /// lights, and the tubes of linear ones, glowing with their luminance while they are on. `Illuminate`
 /// shows them by its exposure.
+///
+/// Example: `LightFaces(lights: ["panel", "tube"])`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LightFaces {
     /// The lights.
-    pub lights: Vec<Link<Lamps>>,
+    pub lights: Vec<NamedLink<Lamps>>,
     /// The radius of tubes in metres.
     #[schemars(range(min = 1e-6, max = 1e6))]
     pub radius: f64,
@@ -36,14 +38,7 @@ impl Node for LightFaces {
     }
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Scene> {
-        let named = |link: &Link<Lamps>| {
-            let name = |name: &str| match name {
-                "" => link.target().to_owned(),
-                name => format!("{}.{name}", link.target()),
-            };
-            let lamps = inputs.get(link);
-            lamps.0.iter().map(|lamp| lamp.named(name(&lamp.name))).collect::<Vec<_>>()
-        };
+        let named = |link| Lamps::named(inputs, link);
         let lamps: Vec<_> = self.lights.iter().flat_map(named).collect();
         Scene::of_lamps("lights", &lamps, self.radius)
     }

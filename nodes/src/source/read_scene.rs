@@ -1,7 +1,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
-use spandrel_engine::graph::node::InFile;
+use spandrel_engine::graph::InFile;
 use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::scene::read::{self, Axis, ReadOptions};
@@ -9,6 +9,8 @@ use spandrel_engine::scene::read::{self, Axis, ReadOptions};
 /// Reads a scene: glTF, OBJ, PLY, STL, CityJSON, CityGML, or Spandrel's own text and binary formats.
 ///
 /// A link to a scene may name the file itself; this node is for files that need options.
+///
+/// Example: `ReadScene(file: "city.city.json", lod: 2, pictures: false)`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReadScene {
@@ -54,7 +56,7 @@ impl Node for ReadScene {
         let (unit, up, origin, crease, pictures) = (*unit, *up, *origin, *crease, *pictures);
         let options = ReadOptions { unit, up, origin, crease, pictures, lod: *lod };
         let label = name.as_deref().unwrap_or(&file.0);
-        let scene = read::scene(&file.resolve(inputs), plan.as_deref(), label, &options)?;
+        let scene = read::scene(&file.under(inputs.directory()), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));
         scene.missing_pictures().iter().for_each(|missing| inputs.warn(missing));
         let without_area: usize = scene.faults().map(|(_, faults)| faults.without_area).sum();

@@ -1,7 +1,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
-use spandrel_engine::graph::node::{FieldError, InFile};
+use spandrel_engine::graph::InFile;
+use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file::SpanFile;
@@ -13,6 +14,8 @@ use std::path::Path;
 /// depth, merging and the stored colours remain, and a warning says so; lights are an error then.
 ///
 /// A link to an image may name the file itself. Deep OpenEXR files are not read.
+///
+/// Example: `ReadSpans(file: "town.span")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReadSpans {
@@ -44,7 +47,7 @@ impl Node for ReadSpans {
 
     fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let folder = self.scenes.as_ref().map(|folder| inputs.directory().join(folder));
-        let file = SpanFile::open(&self.file.resolve(inputs), folder.as_deref())?;
+        let file = SpanFile::open(&self.file.under(inputs.directory()), folder.as_deref())?;
         for scene in file.scenes() {
             if let Some(why) = &scene.missing {
                 inputs.warn(&format!("{why}; depth and the stored colours remain"));

@@ -6,6 +6,8 @@ use spandrel_engine::scene::Scene;
 use spandrel_engine::{Error, Result};
 
 /// A camera that a scene file holds, by its name.
+///
+/// Example: `SceneCamera(scene: "town", name: "front")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct SceneCamera {

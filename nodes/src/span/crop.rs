@@ -7,6 +7,8 @@ use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
 
 /// What an image shows in a window; around it nothing is seen.
+///
+/// Example: `Crop(image: "town", window: (0.6, 0.3, 0.4, 0.6))`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Crop {

@@ -8,6 +8,8 @@ use spandrel_engine::values::Lines;
 
 /// Merges span images by depth: everywhere the nearest of all is seen. Any number, in any order, with
 /// the same result bit for bit; surfaces that cross are cut where they meet.
+///
+/// Example: `DepthMerge(inputs: ["buildings", "cars", "trees"])`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct DepthMerge {

@@ -9,6 +9,8 @@ use spandrel_engine::values::Lines;
 /// Brings an image nearer or farther than it was rendered, for merging: every distance times `distance`,
 /// and `nearer` added to its reciprocal. Both keep planes plane, so that merges stay exact. An offset of
 /// the distance itself would bend them, and is not offered.
+///
+/// Example: `DepthScale(image: "moved", distance: 0.94)`
 #[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DepthScale {

@@ -8,6 +8,8 @@ use spandrel_engine::values::Lines;
 
 /// What lies between two distances along the view axis; faces that reach farther are cut where they do,
 /// antialiased. What the image does not hold, behind its nearest opaque faces, cannot appear.
+///
+/// Example: `DepthSlice(image: "town", near: 14, far: 16)`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct DepthSlice {

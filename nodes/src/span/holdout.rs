@@ -8,6 +8,8 @@ use spandrel_engine::values::Lines;
 /// An image, seen only where a matte is not before it, or only where it is. Opaque faces of the matte cut
 /// exactly; translucent ones hold out their share. Where one surface of the image is seen, what is kept outside and
 /// what is kept inside add up to it.
+///
+/// Example: `Holdout(image: "solids", matte: "panes", keep: Inside)`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Holdout {

@@ -7,6 +7,8 @@ use spandrel_engine::{Error, Result};
 
 /// Moves an image over the picture, depths and all, for merging it elsewhere. To show a whole picture
 /// moved or scaled, `Resolve` has `pan` and `scale`.
+///
+/// Example: `Transform(image: "part", translate: (-460, 40))`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Transform {

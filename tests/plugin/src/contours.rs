@@ -2,12 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spandrel_engine::Result;
-use spandrel_engine::color::Color;
-use spandrel_engine::fragment::{Around, Columns, Fragments, Shader};
-use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::Lines;
+use spandrel_engine::plugin::*;
 use std::sync::Arc;
 
 /// Draws lines of equal height on all surfaces, as on a map.

@@ -8,16 +8,7 @@
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spandrel_engine::Result;
-use spandrel_engine::camera::{Camera, Plane, View};
-use spandrel_engine::color::Color;
-use spandrel_engine::fragment::{Columns, Fragments, Surfaces};
-use spandrel_engine::graph::node::FieldError;
-use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::key::Key;
-use spandrel_engine::math;
-use spandrel_engine::span::{FaceHead, Role, SpanImage, SpanWriter};
-use spandrel_engine::values::Lines;
+use spandrel_engine::plugin::*;
 use std::sync::Arc;
 
 /// Pieces of a segment.

@@ -2,10 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spandrel_engine::Result;
-use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::image::{Image, Samples};
-use spandrel_engine::values::Picture;
+use spandrel_engine::plugin::*;
 
 /// Darkens a picture towards its corners.
 #[derive(Serialize, Deserialize, JsonSchema)]

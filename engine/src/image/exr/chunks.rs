@@ -14,6 +14,7 @@ use super::super::file::check_largest;
 use super::b44;
 use crate::error::{Error, Result};
 use crate::open;
+use crate::watch::Watch;
 
 /// Chunks that are unpacked at once.
 const CHUNKS: usize = 64;
@@ -167,7 +168,9 @@ impl<'b> File<'b> {
             },
             ..header.clone()
         };
+        let watch = Watch::current();
         for some in chunks.chunks(CHUNKS) {
+            watch.check()?;
             let unpack = |(bounds, packed): &(IntegerBounds, &[u8])| {
                 open::guarded(|| unpacked(&bare, *bounds, packed))
                     .map_err(|broke| Error::in_file(self.path, broke))?

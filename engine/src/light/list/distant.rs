@@ -18,6 +18,8 @@ use crate::light::sun::{self, Moment};
 use crate::math;
 
 /// Light from infinitely far, in one direction.
+///
+/// Example: `ParallelLight(direction: (-0.7, -0.4, -0.6), color: "#ffdcaa", illuminance: 0.9)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ParallelLight {
@@ -75,6 +77,8 @@ fn far(name: &str, on: bool, strength: Color, toward: DVec3, angle: f64) -> Resu
 }
 
 /// The sun, by place and time. Below the horizon it gives no light.
+///
+/// Example: `SunLight(latitude: 34.4, longitude: 132.5, time: "2026-06-21T16:00+09:00")`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SunLight {
@@ -153,6 +157,8 @@ impl MakeLamp for SunLight {
 }
 
 /// Light from the whole sky, and what the ground sends back of it.
+///
+/// Example: `SkyLight(model: Clear, sun: "sun", illuminance: 12000)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SkyLight {
@@ -298,6 +304,8 @@ impl MakeLamp for SkyLight {
 }
 
 /// Light that is everywhere, and casts no shadow: a stand-in for all light that is reflected many times.
+///
+/// Example: `AmbientLight(illuminance: 40)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AmbientLight {

@@ -12,6 +12,8 @@ use crate::light::line::Line;
 use crate::light::polygon::{Polygon, Surface};
 
 /// Light from a thin tube, such as a fluorescent lamp.
+///
+/// Example: `LinearLight(from: (-1, 3, 0), to: (1, 3, 0), flux: 3200, temperature: 4000)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LinearLight {
@@ -71,6 +73,8 @@ impl MakeLamp for LinearLight {
 }
 
 /// Light from a planar polygon, such as a panel or a window.
+///
+/// Example: `AreaLight(outline: [(0, 3, 0), (1, 3, 0), (1, 3, 1), (0, 3, 1)], luminance: 2000)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AreaLight {
@@ -126,6 +130,8 @@ impl MakeLamp for AreaLight {
 }
 
 /// Light from all sides of a closed body, such as a lantern.
+///
+/// Example: `PolyhedralLight(luminance: 2000)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PolyhedralLight {

@@ -14,6 +14,8 @@ use crate::math;
 
 /// A lamp so small that all its light comes from one point, to all sides or as a file of photometry has
 /// it.
+///
+/// Example: `PointLight(position: (2, 3, 1), flux: 800, temperature: 2700)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PointLight {
@@ -119,6 +121,8 @@ impl MakeLamp for PointLight {
 }
 
 /// Light from a point into a cone.
+///
+/// Example: `SpotLight(position: (0, 4, 0), direction: (0, -1, -0.3), angle: 50, intensity: 900)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SpotLight {

@@ -93,6 +93,9 @@ impl Stream<'_> {
         let mut open: Vec<Group> = (0..sources).map(group).collect();
         let mut laid = Laid::new();
         for (i, row) in rows.clone().enumerate() {
+            if self.watch.is_stopped() {
+                break;
+            }
             let mut covers = std::mem::take(&mut self.covers);
             covers.clear();
             self.coverage.row(row, &mut covers);

@@ -20,6 +20,7 @@ use super::super::shape::Shape;
 use super::citygml::degrees::is_degrees;
 use super::{LeftOut, Names, Reader};
 use crate::error::{Error, Result};
+use crate::watch::Watch;
 use levels::{Level, Wanted, is_meant, is_part, near};
 pub(super) use model::{Appearance, City, CityMaterial, CityTexture};
 use model::{CityObject, Placement, Templates};
@@ -183,6 +184,7 @@ impl<'a> Builder<'a> {
             self.reader.note(format!("object \"{name}\" is named as a child but does not exist"));
             return Ok(None);
         };
+        Watch::current().check()?;
         let mut object = Object::new(name, Shape::Group);
         object.user.insert("type".into(), city_object.kind.clone());
         for (key, value) in &city_object.attributes {

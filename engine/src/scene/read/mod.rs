@@ -161,8 +161,7 @@ fn read(mut reader: Reader, path: &Path, options: &ReadOptions) -> Result<Readin
     check(options)?;
     let mut options = *options;
     reader.wants_pictures = options.pictures != Some(false);
-    // What nobody asks for is no part of the key: files of spans that were written before know their scenes.
-    reader.key.bytes(format!("{options:?}").replace(", lod: None", "").as_bytes());
+    reader.key.bytes(options.for_key().as_bytes());
     let bytes = reader.bytes(path)?;
     // Whatever breaks in a reader, or in a library behind it, is the file's fault.
     let read = open::guarded(|| reader.read(&bytes, &mut options));
@@ -197,11 +196,31 @@ pub fn scene(path: &Path, plan: Option<&str>, label: &str, options: &ReadOptions
     })?;
     scene.notes.splice(0..0, reading.notes);
     options.apply(&mut scene);
+    scene.pictures = Some(scene.key_of_pictures());
     scene.origin = Some(bundle::origin(path, plan, options, scene.key));
     Ok(scene)
 }
 
 impl ReadOptions {
+    /// The options as keys have them, and with these the files of spans that were written before: it stays as it is,
+    /// and what comes later appears only where somebody asks for it.
+    fn for_key(&self) -> String {
+        fn text<T: Serialize>(value: &Option<T>) -> String {
+            let value = value.as_ref().and_then(|value| serde_json::to_string(value).ok());
+            value.map_or("None".to_owned(), |value| format!("Some({value})"))
+        }
+        let ReadOptions { unit, up, origin, crease, pictures, lod } = self;
+        let lod = lod.map_or(String::new(), |level| format!(", lod: {}", text(&Some(level))));
+        format!(
+            "ReadOptions {{ unit: {}, up: {}, origin: {}, crease: {}, pictures: {}{lod} }}",
+            text(unit),
+            text(up),
+            text(origin),
+            text(crease),
+            text(pictures)
+        )
+    }
+
     /// What is done to a scene that is ready.
     fn apply(&self, scene: &mut Scene) {
         if self.pictures == Some(false) {

@@ -17,6 +17,7 @@ use super::words::{Words, lines};
 use super::{Names, Reader};
 use crate::error::{Error, Result};
 use crate::open;
+use crate::watch::Watch;
 
 /// The bytes before the triangles of a binary file, and those of a triangle.
 const HEAD: usize = 84;
@@ -93,8 +94,10 @@ fn binary(reader: &mut Reader, bytes: &[u8]) -> Result<Solid> {
         );
         return Err(Error::at_byte(&reader.path, 80, message));
     }
+    let watch = Watch::current();
     let (mut solid, mut colored) = (Solid::default(), 0);
     for (at, triangle) in triangles.chunks_exact(TRIANGLE).take(count as usize).enumerate() {
+        watch.check()?;
         let number = |i: usize| {
             let word = &triangle[4 * i..4 * i + 4];
             f64::from(f32::from_le_bytes([word[0], word[1], word[2], word[3]]))
@@ -124,7 +127,9 @@ fn ascii(reader: &mut Reader, text: &str) -> Result<Vec<Solid>> {
     let mut corners: Vec<DVec3> = Vec::new();
     // Whether a solid and a facet are open.
     let (mut in_solid, mut in_facet) = (false, false);
+    let watch = Watch::current();
     for mut words in lines(&path, text) {
+        watch.check()?;
         while let Some(word) = words.next() {
             let mut lower = word.to_ascii_lowercase();
             if lower == "end" {

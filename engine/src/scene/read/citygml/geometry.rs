@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Converter, Surface, attribute, name};
 use crate::error::Result;
+use crate::watch::Watch;
 
 /// The corners of a ring, by number.
 type Ring = Vec<usize>;
@@ -58,10 +59,12 @@ impl<'x> Converter<'x, '_> {
     ) -> Result<Option<Value>> {
         let mut kinds: Vec<Value> = Vec::new();
         let [mut boundaries, mut values, mut looks, mut pictures] = [const { Vec::new() }; 4];
+        let watch = Watch::current();
         for surfaces in shells {
             let [mut shell, mut kinds_here, mut looks_here, mut pictures_here] =
                 [const { Vec::new() }; 4];
             for surface in surfaces {
+                watch.check()?;
                 let Some((outlines, places)) = self.rings(surface)? else { continue };
                 shell.push(json!(outlines));
                 kinds_here.push(json!(surface.kind.map(|_| kinds.len())));

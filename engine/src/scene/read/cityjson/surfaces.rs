@@ -13,6 +13,7 @@ use super::levels::Level;
 use super::model::CityGeometry;
 use crate::color::Color;
 use crate::error::{Error, Result};
+use crate::open;
 use crate::texture::{Mapping, Wrap};
 
 /// What a material is made of.
@@ -220,7 +221,8 @@ impl Builder<'_> {
     fn found(&self, image: String) -> String {
         let folder = self.reader.path.parent().unwrap_or(Path::new(""));
         let elsewhere = format!("appearances/{image}");
-        let is_elsewhere = !folder.join(&image).exists() && folder.join(&elsewhere).exists();
+        let is_elsewhere =
+            !open::is_file(&folder.join(&image)) && open::is_file(&folder.join(&elsewhere));
         if is_elsewhere { elsewhere } else { image }
     }
 

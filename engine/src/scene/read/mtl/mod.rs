@@ -27,6 +27,7 @@ use super::Reader;
 use super::words::{Words, statements};
 use crate::color::Color;
 use crate::error::Result;
+use crate::open;
 
 /// What a library says that is not shown: how many of its materials have it, and the first.
 #[derive(Default)]
@@ -88,7 +89,7 @@ fn found(reader: &Reader, folder: &Path, file: &str) -> String {
     let scene = reader.path.parent().unwrap_or(Path::new(""));
     let bare = file.rsplit('/').next().unwrap_or(file);
     let places = [folder.join(file), file.into(), folder.join(bare), bare.into()];
-    let place = places.iter().find(|place| scene.join(place).is_file()).unwrap_or(&places[0]);
+    let place = places.iter().find(|place| open::is_file(&scene.join(place))).unwrap_or(&places[0]);
     place.to_string_lossy().into_owned()
 }
 

@@ -16,10 +16,10 @@ pub(super) fn read(
     materials: &mut BTreeMap<String, Material>,
 ) -> Result<()> {
     let folder = reader.path.parent().unwrap_or(Path::new("")).to_owned();
-    for name in split(names, |name| folder.join(name).is_file()) {
+    for name in split(names, |name| open::is_file(&folder.join(name))) {
         // A path of another machine: the library usually came along.
         let bare = name.rsplit('/').next().unwrap_or(&name);
-        let is_elsewhere = !folder.join(&name).is_file() && folder.join(bare).is_file();
+        let is_elsewhere = !open::is_file(&folder.join(&name)) && open::is_file(&folder.join(bare));
         let name = if is_elsewhere { bare } else { &name };
         let (path, bytes) = match reader.sibling(name) {
             Ok(library) => library,

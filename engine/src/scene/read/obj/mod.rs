@@ -24,6 +24,7 @@ use super::{Names, Reader, colors};
 use crate::color::Color;
 use crate::error::Result;
 use crate::text::list;
+use crate::watch::Watch;
 
 /// Statements that are not shown, as they are told.
 const NOT_SHOWN: [(&[&str], &str); 3] = [
@@ -88,7 +89,9 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
     let mut material: Option<String> = None;
     let mut told = Told::default();
     let mut is_smooth = false;
+    let watch = Watch::current();
     for mut words in statements(&path, text) {
+        watch.check()?;
         let Some(keyword) = words.next() else {
             if words.name().starts_with("#MRGB") {
                 told.add("lines of colours in comments (#MRGB) are not read", words.name());

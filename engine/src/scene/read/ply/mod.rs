@@ -27,6 +27,7 @@ use super::Reader;
 use super::colors;
 use crate::color::{Color, decode_srgb};
 use crate::error::{Error, Result};
+use crate::watch::Watch;
 
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let path = reader.path.clone();
@@ -168,7 +169,9 @@ impl Body {
         let has_uvs = has(|slot| matches!(slot, Slot::Uv(_)));
         let has_colors = has(|slot| matches!(slot, Slot::Color(0..=2, _)));
         self.are_linear = has(|slot| matches!(slot, Slot::Color(0..=2, of) if !of.is_whole()));
+        let watch = Watch::current();
         for at in 0..element.count {
+            watch.check()?;
             let (mut point, mut normal) = ([0.0; 3], [0.0; 3]);
             let (mut uv, mut color) = ([0.0; 2], [0.0, 0.0, 0.0, 1.0]);
             for (property, slot) in element.properties.iter().zip(&slots) {
@@ -218,7 +221,9 @@ impl Body {
         let indices = element.find(&["vertex_indices", "vertex_index"]).filter(is_list);
         let corners = element.find(&["texcoord"]).filter(is_list);
         let picture = element.find(&["texnumber"]).filter(|at| !is_list(at));
+        let watch = Watch::current();
         for _ in 0..element.count {
+            watch.check()?;
             let at = self.faces.len();
             for (i, property) in element.properties.iter().enumerate() {
                 let list = list(property, values)?;
@@ -241,7 +246,9 @@ impl Body {
     /// Strips of triangles, of which every second is turned; -1 begins another.
     fn strips(&mut self, element: &Element, values: &mut Values<'_>) -> Result<Vec<String>> {
         let indices = element.find(&["vertex_indices", "vertex_index"]);
+        let watch = Watch::current();
         for _ in 0..element.count {
+            watch.check()?;
             for (i, property) in element.properties.iter().enumerate() {
                 let list = list(property, values)?;
                 if Some(i) != indices {

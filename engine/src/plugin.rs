@@ -1,0 +1,95 @@
+//! All that a studio's own nodes need, in one place.
+//!
+//! A node is a struct: links and parameters are its fields, their documentation is its manual, and
+//! [`Node`] says what it asks of its links and what it makes of them. A program registers the kinds that it wants, those of
+//! the library and its own, and runs the same command line. `spandrel new NAME` writes such a program, ready to be
+//! built.
+//!
+//! | to add | write | makes | example |
+//! |---|---|---|---|
+//! | an image node | a [`Node`] | an [`Image`] | `tests/plugin/src/vignette.rs` |
+//! | a shader | a [`Node`] that puts a [`Shader`] on the stacks of an image, by [`SpanImage::shaded`] | a [`SpanImage`] | `tests/plugin/src/contours.rs` |
+//! | a span node | a [`Node`] that merges, cuts, moves ([`SpanImage`] has the operations) | a [`SpanImage`] | `nodes/src/span/holdout.rs` |
+//! | a renderer | a [`Node`] that fills a [`SpanWriter`], and [`Surfaces`] that know its colours and normals | a [`SpanImage`] | `tests/plugin/src/spheres.rs` |
+//! | a light | a [`Node`] that makes [`Lamps`] of a [`Light`] | [`Lamps`] | `tests/plugin/src/falloff.rs` |
+//! | a reader of scenes | a [`Node`] that reads a file by [`read_bytes`] and builds a [`Document`] | a [`Scene`] | `tests/plugin/src/blocks.rs` |
+//!
+//! # What holds for all of them
+//!
+//! - **Demand comes first.** [`Node::demand`] is told what is wanted of the node and [asks](Upstream::ask) its links for
+//!   what it needs. A link that is not asked for is not computed. [`Node::evaluate`] then [gets](Inputs::get) what was
+//!   asked for.
+//! - **Nobody writes keys.** A value is known by the node's kind, its parameters, its inputs and the files that were
+//!   read. Read files by [`read_bytes`] and [`read_text`]: they are remembered, and a changed file is read again. A node
+//!   that needs a link's *name* has a [`NamedLink`].
+//! - **Shaders, lights and surfaces are what they are saved as.** They derive `Serialize` and `Deserialize`, and
+//!   `#[typetag::serde]` stands on their `impl`. Two that are saved alike are alike.
+//! - **Long work can be stopped.** Ask [`Inputs::watch`] every few milliseconds whether it [is
+//!   stopped](Watch::is_stopped), and leave early if it is.
+//! - **Errors say what is wrong and the cure.** [`Node::check`] finds what types and ranges cannot say, before anything
+//!   is computed; its [`FieldError`] is shown at the field's place in the graph.
+//! - **Pictures do not depend on the machine.** Use [`math`] for sines, powers and logarithms.
+//!
+//! # A node in a page
+//!
+//! ```
+//! use schemars::JsonSchema;
+//! use serde::{Deserialize, Serialize};
+//! use spandrel_engine::plugin::*;
+//!
+//! /// Swaps a picture's left and right.
+//! #[derive(Serialize, Deserialize, JsonSchema, Default)]
+//! #[serde(deny_unknown_fields, default)]
+//! pub struct Flop {
+//!     /// The picture.
+//!     pub image: Link<Image>,
+//! }
+//!
+//! impl Node for Flop {
+//!     type Output = Image;
+//!     const KIND: &'static str = "Flop";
+//!     const GROUP: &'static str = "studio";
+//!
+//!     fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+//!         // A window of the result is another window of the input: the whole is simpler.
+//!         upstream.ask(&self.image, wanted.whole());
+//!         Ok(())
+//!     }
+//!
+//!     fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+//!         let mut image = Image::clone(&inputs.get(&self.image));
+//!         let width = image.window.width as usize;
+//!         for name in ["R", "G", "B", "A"] {
+//!             let Some(values) = image.float(name) else { continue };
+//!             let flopped = values.chunks(width).flat_map(|row| row.iter().rev().copied()).collect();
+//!             image.insert(name, Samples::Float(flopped))?;
+//!         }
+//!         Ok(wanted.part(image))
+//!     }
+//! }
+//!
+//! let mut registry = Registry::new();
+//! registry.register::<Flop>();
+//! assert!(registry.kind("Flop").is_some());
+//! ```
+
+pub use crate::camera::{Camera, Plane, View};
+pub use crate::color::Color;
+pub use crate::error::{Error, Result};
+pub use crate::fragment::{Around, Columns, Fragments, Layers, Shader, Surfaces};
+pub use crate::graph::node::FieldError;
+pub use crate::graph::{
+    Demand, InFile, Inputs, Link, NamedLink, Node, OutFile, Registry, Upstream, Value,
+};
+pub use crate::image::{Image, Samples, Window};
+pub use crate::key::Key;
+pub use crate::light::{Body, Lamp, Light, Receiver, Sample};
+pub use crate::math;
+pub use crate::open::{bytes as read_bytes, text as read_text};
+pub use crate::raster::{LinePlan, Raster};
+pub use crate::resolve::Channel;
+pub use crate::scene::{Document, Material, Mesh, Object, Plan, Scene, Shape, Step, Transform};
+pub use crate::span::{FaceHead, Role, SpanImage, SpanWriter};
+pub use crate::trace::Toward;
+pub use crate::values::{Delivery, Lamps, Lines, Override, Picture};
+pub use crate::watch::Watch;
