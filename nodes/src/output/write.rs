@@ -25,14 +25,13 @@ pub struct Write {
     pub image: Link<Image>,
     /// The file; its ending, `.png` or `.exr`, decides the format. Folders are made as needed.
     pub path: OutFile,
-    /// The channels to write. PNG holds `Color` only; EXR holds any: `Color` (R, G, B, A), `Z`
-    /// (distance along the view axis in metres, infinite for background), `N` (unit normal in world
-    /// axes), `P` (position in the world), `Id` (object), `Light` (a layer `light_NAME` for each light,
-    /// `light_own_ambient` for what `Illuminate` adds by itself, and `rest` for what comes from no light;
-    /// they sum to the colour), `Made` (`NAME`, or a layer of that name, for each channel that programs of `Stream` made),
-    /// `Others` (whatever else a picture that was read has), `light_error` (by how much light that is found by samples may be off),
-    /// `aa_error` (by which share of the pixel its coverage may be off, 0 to 1). `Z`, `N`, `P` and `Id` are
-    /// those of the face that covers most of the pixel, unfiltered. Given, just these are written.
+    /// The channels to write; no others are. PNG holds `Color` only. EXR holds any: `Color` (R, G, B, A); `Z`
+    /// (distance along the view axis in metres, infinite for background); `N` (unit normal in world axes); `P`
+    /// (position in the world); `Id` (object); `Light` (a layer `light_NAME` for each light, `light_own_ambient` for
+    /// what `Illuminate` adds by itself, `rest` for what comes from no light; they sum to the colour); `Made` (a
+    /// channel or layer `NAME` for each that a `Stream` made); `Others` (whatever else was read with a picture);
+    /// `light_error` (how far sampled light may be off); `aa_error` (how far coverage may be off, 0 to 1). `Z`, `N`,
+    /// `P` and `Id` are those of the face that covers most of the pixel, unfiltered.
     pub channels: BTreeSet<Channel>,
     /// Bits per sample: PNG 8 or 16, EXR 16 (half) or 32. Absent, the first; but of an EXR what was read with 32 bits
     /// keeps them. Z, P, ids and whatever is neither colour nor a layer of light are never made fewer than they had.

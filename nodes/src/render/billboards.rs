@@ -18,8 +18,7 @@ const MOST: usize = 1_000_000;
 
 /// Trees, bushes and grass from cut-out photographs, on transparent cards that stand upright and turn: to the
 /// camera for the picture, to each light for its shadow, to each mirror for what it shows. A card turns about the
-/// foot of what the picture shows. Light or eye from above 60 degrees, where an upright card would be thin, lean it
-/// over.
+/// foot of what the picture shows. Seen or lit from more than 60 degrees above, it tilts so that it does not look thin.
 ///
 /// A photograph is cut out by `Matte`.
 ///

@@ -49,9 +49,9 @@ pub struct Illuminate {
     /// cut; and with all, how finely such lights are seen in gloss.
     #[schemars(range(min = 1, max = 16384))]
     pub samples: u32,
-    /// What the search for shadow volumes leaves out; the picture is the same. `candidates`: `Shafts`, by a tree
-    /// for every patch of a face; `Clusters`, \[N]'s; `SixSpaces`, \[D]'s, around point lights; `All`, none.
-    /// `contours`: of closed bodies only faces that are turned to the light cast.
+    /// How candidate casters of shadow volumes are found; affects speed only. `candidates`: `Shafts`, by a tree for
+    /// every patch of a face; `Clusters`, \[N]'s; `SixSpaces`, \[D]'s, around point lights; `All` faces. `contours`:
+    /// of closed bodies only faces that are turned to the light cast.
     pub less: Reductions,
 }
 

@@ -10,10 +10,10 @@ use spandrel_engine::values::{Lines, Override, Picture};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Gives the surfaces of an image the colours of a flat picture of it: what was graded or painted by other means
-/// goes back onto them, and merges, hides and is hidden as they do. A picture of another size is stretched over the
-/// image, as if thrown from the camera; where it holds no pixels it is black. Lights that follow act on these colours as on any: recolour after lighting, or
-/// light after recolouring, not both. A span file holds the picture with the image.
+/// Gives the surfaces of an image the colours of a flat picture of it. What was graded or painted in another program
+/// goes back onto the surfaces, and merges and hides as they do. A picture of another size is stretched over the image,
+/// as if thrown from the camera. Where it has no pixels it is black. Lights that follow act on these colours as on any
+/// others: recolour after lighting, or light after recolouring, but not both. A span file holds the picture too.
 ///
 /// Example: `RecolorFrom(image: "town", picture: "painted.png")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]

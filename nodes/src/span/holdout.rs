@@ -5,7 +5,7 @@ use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::{Keep, SpanImage};
 use spandrel_engine::values::Lines;
 
-/// An image, seen only where a matte is not before it, or only where it is. Opaque faces of the matte cut
+/// Shows an image only where a matte is not in front of it, or only where it is. Opaque faces of the matte cut
 /// exactly; translucent ones hold out their share. Where one surface of the image is seen, what is kept outside and
 /// what is kept inside add up to it.
 ///
