@@ -190,10 +190,10 @@ fn info_tells_where_the_sun_stands_and_what_is_around() {
     folder.write("a.ron", &scene);
     let ran = folder.run(&["info", "a.ron"]);
     for words in [
-        "\"day\": SunLight towards (",
+        "\"day\": SunLight from direction (",
         " 1.000, ",
         "degrees high, 90000 lux\n",
-        "\"sky\": SkyLight a sky whose sun stands towards (",
+        "\"sky\": SkyLight a sky whose sun is in direction (",
         "\"lamp\": PointLight at (1.000, 2.000, 3.000), gives no light\n",
         "environment: ambient (0.1, 0.2, 0.3), background (0, 0, 0), fog 0.004 per metre, overcast 0.25, no shadows\n",
     ] {

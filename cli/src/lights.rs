@@ -22,15 +22,17 @@ fn about(lamp: &Lamp) -> String {
     match lamp.light.toward() {
         Some(Toward::Direction(toward)) => {
             let up = 90.0 - math::acos(toward.y.clamp(-1.0, 1.0)).to_degrees();
-            words.push(format!("towards {}, {up:.1} degrees high", rounded(toward)));
+            words.push(format!("from direction {}, {up:.1} degrees high", rounded(toward)));
             let lux = f64::from(lamp.strength.luminance());
-            words.push(format!("{} lux", (lux * 10.0).round() / 10.0));
+            let [r, g, b] = lamp.strength.to_array();
+            let colored = if r == g && g == b { "" } else { " with its colour" };
+            words.push(format!("{} lux{colored}", (lux * 10.0).round() / 10.0));
         }
         Some(Toward::Point(point)) => words.push(format!("at {}", rounded(point))),
         None => {}
     }
     if let Some(sun) = lamp.light.sun() {
-        words.push(format!("a sky whose sun stands towards {}", rounded(sun)));
+        words.push(format!("a sky whose sun is in direction {}", rounded(sun)));
     }
     if !lamp.shines() {
         words.push("gives no light".to_owned());
