@@ -1,6 +1,7 @@
 //! Every test of the project, one module a subject: `cargo test -p spandrel-tests shadows` runs one.
 
 mod algebra;
+mod bent;
 mod billboards;
 mod city;
 mod city_levels;
@@ -43,6 +44,7 @@ mod rays;
 mod real;
 mod refined;
 mod regions;
+mod relit;
 mod runs;
 mod scene_text;
 mod shadows;

@@ -41,7 +41,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>> {
         _ => Error::file(path, error),
     })?;
     crate::output::keep(path);
-    let contents = Key::of_bytes(&bytes);
+    let contents = remembered(path, about.as_ref()).unwrap_or_else(|| Key::of_bytes(&bytes));
     if let Some(about) = about {
         known().insert(path.to_owned(), (about, contents));
     }
@@ -56,9 +56,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>> {
 /// of the file change. `None` if it cannot be read.
 pub fn contents(path: &Path) -> Option<Key> {
     let about = About::of(path);
-    let remembered =
-        known().get(path).filter(|(of, _)| Some(of) == about.as_ref()).map(|known| known.1);
-    let contents = match (remembered, about) {
+    let contents = match (remembered(path, about.as_ref()), about) {
         (Some(contents), _) => Some(contents),
         (None, Some(about)) => {
             let contents = std::fs::File::open(path).ok().and_then(|file| Key::of_file(file).ok());
@@ -71,6 +69,11 @@ pub fn contents(path: &Path) -> Option<Key> {
     };
     Watch::current().saw(path, contents);
     contents
+}
+
+/// What is known of a file that did not change since.
+fn remembered(path: &Path, about: Option<&About>) -> Option<Key> {
+    known().get(path).filter(|(of, _)| Some(of) == about).map(|(_, contents)| *contents)
 }
 
 /// Whether there is a file of this name.

@@ -56,6 +56,8 @@ pub(crate) fn run(args: &New) -> u8 {
             out.write_all(text.as_bytes()).map_err(|error| Error::output(&path, error))
         });
         if let Err(error) = written {
+            // It is all there or not at all; the folder was not there before.
+            let _ = std::fs::remove_dir_all(folder);
             print::error(error.to_string());
             return exit::FAILED;
         }

@@ -1,4 +1,4 @@
-//! A shader: a colour over what lies between two distances from the camera.
+//! A shader: a colour over what lies far away.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -31,10 +31,11 @@ pub struct Run {
     stop: Arc<AtomicBool>,
 }
 
-/// A value that is kept, and what it depends on beside its key.
+/// A value that was made: what it depends on beside its key, and what it cost.
 struct Made {
     value: AnyValue,
     files: BTreeMap<PathBuf, Option<Key>>,
+    seconds: f64,
 }
 
 /// What happened to a node.
@@ -177,10 +178,14 @@ impl Run {
 
     /// Keeps what nobody holds any more.
     fn keep(&self, held: Holding) {
-        let Holding { key, value, seconds, files } = held;
-        let bytes = value.bytes;
-        let made: Item = Arc::new(Made { value: value.kept(), files });
-        self.kept.put(key, 0, made, bytes, seconds);
+        let Holding { value, made } = held;
+        // From here on it is not in use.
+        drop(value);
+        // What was passed on is kept by the node that made it.
+        if let Some((key, made)) = made {
+            let (bytes, seconds) = (made.value.bytes, made.seconds);
+            self.kept.put(key, 0, made as Item, bytes, seconds);
+        }
     }
 
     /// What is kept under a key, if the files that it was made of are what they were.
@@ -197,11 +202,21 @@ impl Run {
 
 /// A value in use.
 struct Holding {
-    /// What it was asked under.
-    key: Key,
     value: AnyValue,
-    seconds: f64,
-    files: BTreeMap<PathBuf, Option<Key>>,
+    /// What it was asked under, and what is kept of it; none if it was passed on.
+    made: Option<(Key, Arc<Made>)>,
+}
+
+impl Holding {
+    /// A value that was made, in use.
+    fn of(key: Key, made: Arc<Made>, cache: &Arc<Cache>) -> Holding {
+        Holding { value: made.value.clone().used(cache), made: Some((key, made)) }
+    }
+
+    /// The same value for another.
+    fn again(&self) -> Holding {
+        Holding { value: self.value.clone(), made: self.made.clone() }
+    }
 }
 
 struct State {
@@ -271,33 +286,31 @@ impl<'a> Evaluation<'a> {
         if self.run.stop.load(Ordering::Relaxed) {
             return self.fail(at, Error::Cancelled);
         }
+        if let Some(slot) = instance.passes {
+            let held = Holding { value: values.swap_remove(slot).1, made: None };
+            return self.finish(scope, at, held, Outcome::Passed);
+        }
         let key = match self.key(node, instance, &values) {
             Ok(key) => key,
             Err(error) => return self.fail(at, error),
         };
-        if let Some(slot) = instance.passes {
-            let value = values.swap_remove(slot).1;
-            let held = Holding { key, value, seconds: 0.0, files: BTreeMap::new() };
-            return self.finish(scope, at, held, Outcome::Passed);
-        }
         match self.begin(key, at) {
             Start::Known(held) => return self.finish(scope, at, held, Outcome::Known),
             Start::Waits => return,
             Start::Computes => {}
         }
         match self.make(node, instance, values, key) {
-            Ok(held) => {
-                let (value, files) = (held.value.clone(), held.files.clone());
+            Ok(made) => {
+                let held = Holding::of(key, Arc::new(made), &self.run.cache);
+                let for_others = held.again();
                 let waiting = {
                     let mut state = self.state();
-                    let (_, waiting) = state.busy.get_mut(&key).expect("it was entered");
-                    std::mem::take(waiting)
+                    let waiting = state.busy.get_mut(&key).map(|(_, waiting)| waiting);
+                    waiting.map(std::mem::take).unwrap_or_default()
                 };
                 self.finish(scope, at, held, Outcome::Evaluated);
                 for other in waiting {
-                    let (value, files) = (value.clone(), files.clone());
-                    let held = Holding { key, value, seconds: 0.0, files };
-                    self.finish(scope, other, held, Outcome::Known);
+                    self.finish(scope, other, for_others.again(), Outcome::Known);
                 }
             }
             Err(error) => self.fail(at, error),
@@ -311,7 +324,7 @@ impl<'a> Evaluation<'a> {
         instance: &Instance,
         values: Vec<(&str, AnyValue)>,
         key: Key,
-    ) -> Result<Holding> {
+    ) -> Result<Made> {
         let watch = Watch::stopped_by(&self.run.stop);
         self.progress.started(&node.id, &watch);
         let tell = |remark: Remark<'_>| match remark {
@@ -328,8 +341,7 @@ impl<'a> Evaluation<'a> {
         if watch.is_stopped() {
             return Err(Error::Cancelled);
         }
-        let value = made.unwrap_or_else(|panic| Err(panicked(&*panic)))?;
-        let mut value = value.used(&self.run.cache);
+        let mut value = made.unwrap_or_else(|panic| Err(panicked(&*panic)))?;
         let files = watch.files();
         value.key.get_or_insert_with(|| {
             let mut whole = KeyHasher::new("made");
@@ -339,34 +351,25 @@ impl<'a> Evaluation<'a> {
             });
             whole.finish()
         });
-        Ok(Holding { key, value, seconds, files })
+        Ok(Made { value, files, seconds })
     }
 
     /// Decides, in one step for all threads, how an instance gets its value.
     fn begin(&self, key: Key, at: usize) -> Start {
         let mut state = self.state();
-        match state.busy.get_mut(&key) {
-            Some((holder, _)) => {
-                let holder = *holder;
-                match state.held[holder].as_ref() {
-                    Some(held) => {
-                        let (value, files) = (held.value.clone(), held.files.clone());
-                        Start::Known(Holding { key, value, seconds: 0.0, files })
-                    }
-                    None => {
-                        let (_, waiting) = state.busy.get_mut(&key).expect("it is there");
-                        waiting.push(at);
-                        Start::Waits
-                    }
-                }
-            }
-            None => match self.run.kept(key) {
-                Some(made) => {
-                    let value = made.value.clone().used(&self.run.cache);
-                    Start::Known(Holding { key, value, seconds: 0.0, files: made.files.clone() })
-                }
+        let State { busy, held, .. } = &mut *state;
+        match busy.get_mut(&key) {
+            Some((holder, waiting)) => match &held[*holder] {
+                Some(held) => Start::Known(held.again()),
                 None => {
-                    state.busy.insert(key, (at, Vec::new()));
+                    waiting.push(at);
+                    Start::Waits
+                }
+            },
+            None => match self.run.kept(key) {
+                Some(made) => Start::Known(Holding::of(key, made, &self.run.cache)),
+                None => {
+                    busy.insert(key, (at, Vec::new()));
                     Start::Computes
                 }
             },
@@ -401,13 +404,14 @@ impl<'a> Evaluation<'a> {
         let instance = &self.plan.instances[at];
         let node = &self.graph.nodes[instance.node];
         let value = &held.value;
+        let made = held.made.as_ref().filter(|_| outcome == Outcome::Evaluated);
         let report = Report {
             node: node.id.clone(),
             kind: node.kind.name,
             demand: instance.demand.json(),
             key: value.key.expect("every value got a key when it was made"),
             outcome,
-            seconds: held.seconds,
+            seconds: made.map_or(0.0, |(_, made)| made.seconds),
             bytes: value.bytes,
             facts: value.facts.clone(),
         };
@@ -445,8 +449,10 @@ impl State {
     /// Takes away a value that nobody waits for any more.
     fn let_go(&mut self, at: usize) -> Option<Holding> {
         let held = self.held[at].take()?;
-        if self.busy.get(&held.key).is_some_and(|(holder, _)| *holder == at) {
-            self.busy.remove(&held.key);
+        if let Some((key, _)) = &held.made
+            && self.busy.get(key).is_some_and(|(holder, _)| *holder == at)
+        {
+            self.busy.remove(key);
         }
         Some(held)
     }

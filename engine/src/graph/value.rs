@@ -72,11 +72,6 @@ impl AnyValue {
         AnyValue { _in_use, ..self }
     }
 
-    /// The same for keeping.
-    pub(super) fn kept(self) -> AnyValue {
-        AnyValue { _in_use: None, ..self }
-    }
-
     /// The value, whose type the check of links has established.
     pub(super) fn get<T: Value>(&self) -> Arc<T> {
         self.value.clone().downcast().expect("links are checked to connect equal types")
