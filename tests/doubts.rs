@@ -65,6 +65,25 @@ fn the_first_lit_picture_is_neither_white_nor_black() {
 }
 
 #[test]
+fn light_that_is_there_twice_or_falls_on_fog_is_told() {
+    let sky = r#""sky": SkyLight(model: Overcast, illuminance: 0.5)"#;
+    let said = |made: &Made| [&made.notes[..], &made.warnings[..]].concat().join("\n");
+    let alone = lit("sky", sky, r#""sky""#, ", white: 1");
+    assert_eq!(said(&alone), "");
+    let twice = lit("twice", sky, r#""sky""#, ", white: 1, ambient: 0.1");
+    assert!(
+        said(&twice).contains("`ambient` is added to the light of \"sky\""),
+        "{}",
+        said(&twice)
+    );
+    let none = lit("none", sky, r#""sky""#, ", white: 1, ambient: 0");
+    assert_eq!(said(&none), "");
+    let fog = r#""f": Fog(image: "s"), "lit": Illuminate(image: "f", ambient: 1)"#;
+    let fogged = nodes("fogged", fog).1.picture("p", None).unwrap();
+    assert!(said(&fogged).contains("Put Fog after Illuminate"), "{}", said(&fogged));
+}
+
+#[test]
 fn shadows_fall_and_a_sky_is_all_the_light_from_around() {
     let sun = r#""sun": ParallelLight(direction: (0, -1, 0), illuminance: 0.5)"#;
     let made = lit("shadows", sun, r#""sun""#, "");

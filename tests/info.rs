@@ -125,8 +125,9 @@ fn check_and_info_find_pictures_and_libraries_before_a_render_does() {
     };
     let graph = |file: &str, fields: &str| {
         let text = format!(
-            "Graph(nodes: {{\"eye\": Camera(), \"r\": ReadScene(file: \"{file}\"{fields}),
-            \"s\": Scanline(scene: \"r\", camera: \"eye\")}})"
+            "Graph(nodes: {{\"eye\": Camera(position: (0, 0, 5)), \"r\": ReadScene(file: \"{file}\"{fields}),
+            \"s\": Scanline(scene: \"r\", camera: \"eye\"),
+            \"p\": Resolve(image: \"s\", size: (8, 8)), \"w\": Write(image: \"p\", path: \"p.png\")}})"
         );
         folder.write("g.ron", &text);
         folder.run(&["check", "g.ron"])
@@ -153,9 +154,20 @@ fn check_and_info_find_pictures_and_libraries_before_a_render_does() {
         assert!(listed.code == Some(0) && is_told(&listed.out), "{listed:?}");
         let denied = folder.run(&["check", "g.ron", "--deny-warnings"]);
         assert_eq!(denied.code, Some(1), "{denied:?}");
+        // What surfaces look like is asked for: a picture of the shapes alone would be wrong without a word.
+        let rendered = folder.run(&["render", "g.ron", "-q"]);
+        assert_eq!(rendered.code, Some(if file == "broken.ron" { 3 } else { 4 }), "{rendered:?}");
+        assert!(rendered.err.contains(cure) && !folder.0.path().join("p.png").exists());
         let cured = graph(file, ", pictures: false");
         assert_eq!((cured.code, cured.err.as_str()), (Some(0), ""), "{file}");
+        let rendered = folder.run(&["render", "g.ron", "-q"]);
+        assert_eq!((rendered.code, rendered.err.as_str()), (Some(0), ""), "{file}");
+        std::fs::remove_file(folder.0.path().join("p.png")).unwrap();
     }
+    // A library that no surface needs is not missed.
+    folder.write("b.obj", "mtllib gone.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    graph("b.obj", "");
+    assert_eq!(folder.run(&["render", "g.ron", "-q"]).code, Some(0));
 }
 
 #[test]

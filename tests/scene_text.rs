@@ -204,6 +204,30 @@ fn all_faults_of_a_scene_are_told_at_once() {
 }
 
 #[test]
+fn all_faulty_objects_of_a_scene_are_told_at_once() {
+    let scratch = Scratch::new("faulty-objects");
+    let path = scratch.path().join("s.ron");
+    let text = r#"Scene(materials: {"m": (alpha: 3)}, plans: [(name: "p",
+        definitions: {"loop": (name: "in", shape: Instance("loop"))},
+        root: (children: [
+            (name: "ball", shape: Sphere(radius: -1)),
+            (name: "good", shape: Box(size: (1, 1, 1))),
+            (name: "row", shape: Array(of: (name: "disc", shape: Cylinder(radius: 1, height: 1, segments: 2)), count: (9, 9, 9), step: (2, 2, 2))),
+            (name: "one", material: "m", shape: Box(size: (1, 1, 1))),
+            (name: "two", material: "m", shape: Box(size: (1, 1, 1))),
+            (name: "bare", material: "n", shape: Box(size: (1, 1, 1))),
+            (name: "round", shape: Instance("loop")),
+        ])))])"#;
+    std::fs::write(&path, text).unwrap();
+    let Err(error) = read::scene(&path, None, "", &ReadOptions::default()) else { panic!() };
+    let told = error.to_string();
+    let lines: Vec<&str> = told.lines().collect();
+    let words = ["\"ball\"", "\"row[0]/disc\"", "\"one\"", "\"bare\"", "contains itself"];
+    assert_eq!(lines.len(), words.len(), "{told}");
+    assert!(lines.iter().zip(words).all(|(line, word)| line.contains(word)), "{told}");
+}
+
+#[test]
 fn what_is_there_twice_is_told_with_both_places() {
     let scratch = Scratch::new("twice");
     let head = "Scene(plans: [(name: \"p\",\n";

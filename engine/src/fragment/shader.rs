@@ -15,7 +15,7 @@ use crate::trace::{Reductions, Toward};
 /// A shader is what it is saved as: two that are saved alike shade alike, and a span file holds it in this
 /// form, under the name of its type. One that holds large data is saved as where to find it.
 #[typetag::serde]
-pub trait Shader: Send + Sync + Debug {
+pub trait Shader: Any + Send + Sync + Debug {
     /// The columns that it reads.
     fn reads(&self) -> Columns;
 
@@ -54,6 +54,13 @@ pub trait Shader: Send + Sync + Debug {
     /// Changes the fragments' columns. Every column in [`reads`](Shader::reads), and the colour, is
     /// filled.
     fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>);
+}
+
+impl dyn Shader {
+    /// Whether it is a shader of a type.
+    pub fn is<T: Shader>(&self) -> bool {
+        (self as &dyn Any).is::<T>()
+    }
 }
 
 /// What a shader does to how much surfaces hide of what lies behind them.

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::flat::is_there;
 use super::maps::Sizes;
 use crate::error::{Error, FirstError, Result};
 use crate::image::file::Encoded;
@@ -173,7 +174,7 @@ impl Ready {
         if self.sources.is_empty() {
             return Ok(());
         }
-        std::fs::metadata(&self.path).map(drop).map_err(|e| Error::file(&self.path, e))
+        is_there(&self.path, "a trigger pattern")
     }
 
     pub(super) fn fault(&self) -> Option<Error> {

@@ -26,9 +26,22 @@ use crate::open;
 const MAX_INSTANCES: usize = 1 << 24;
 /// The deepest nesting of objects, definitions and files.
 const MAX_DEPTH: usize = 64;
+/// The most faults of a scene that are told at once.
+const MOST_FAULTS: usize = 20;
 /// What to do about a file that gives surfaces their colours, and cannot be read.
 pub(super) const WITHOUT_PICTURES: &str =
     "put it there, or read the scene with `pictures: false`, which shows it without";
+
+/// Whether a file is there that gives surfaces their colours; `whose` is what the error says of it.
+///
+/// # Errors
+/// If it is not.
+pub(super) fn is_there(path: &Path, whose: impl std::fmt::Display) -> Result<()> {
+    std::fs::metadata(path).map(drop).map_err(|e| {
+        let what = format!("{e} ({whose}): {WITHOUT_PICTURES}");
+        Error::file(path, std::io::Error::new(e.kind(), what))
+    })
+}
 
 /// A plan made ready for rendering. Immutable; its key stands for its contents.
 #[derive(Clone, Debug)]
@@ -55,6 +68,8 @@ pub struct Scene {
     pub environment: Option<Environment>,
     /// The files that the document names.
     pub files: Vec<PathBuf>,
+    /// Libraries of materials that surfaces need and that are not there: the scene has its shapes only.
+    pub missing: Vec<PathBuf>,
     /// What is doubtful in the files and was taken as well as could be.
     pub notes: Vec<String>,
     /// The file that it was read from.
@@ -189,6 +204,9 @@ impl Scene {
         };
         let file = File { document, plan, directory };
         flattening.visit(&file, &plan.root, &top)?;
+        if !flattening.faults.is_empty() {
+            return Err(Error::invalid(flattening.faults.join("\n")));
+        }
         let mut key_of_all = KeyHasher::new("scene");
         key_of_all.key(key).bytes(plan.name.as_bytes());
         for reading in flattening.files.values() {
@@ -223,6 +241,7 @@ impl Scene {
             environment: plan.environment.clone(),
             notes: files.values().flat_map(|reading| reading.notes.clone()).collect(),
             files: files.keys().map(|(path, _)| path.clone()).collect(),
+            missing: files.values().flat_map(|reading| reading.missing.clone()).collect(),
             origin: None,
         };
         scene.notes.extend(scene.bright_colors());
@@ -299,8 +318,12 @@ struct Flattening {
     material_names: Vec<String>,
     /// Numbers of materials by document and name.
     numbers: HashMap<(usize, String), u32>,
-    /// Geometry and palette of shapes, by address: an instance or array visits one shape many times.
-    ready: HashMap<usize, (Arc<Geometry>, Arc<[u32]>)>,
+    /// Geometry and palette of shapes, by address: an instance or array visits one shape many times. Nothing of
+    /// those that are faulty.
+    ready: HashMap<usize, Option<(Arc<Geometry>, Arc<[u32]>)>>,
+    /// What is wrong with single objects: the rest is looked at all the same.
+    faults: Vec<String>,
+    is_too_large: bool,
     /// Kept so that addresses stay theirs.
     files: Files,
     /// The definitions and files that are being placed, outermost first.
@@ -319,6 +342,7 @@ impl Flattening {
         }
         self.visits += 1;
         if self.visits > MAX_INSTANCES {
+            self.is_too_large = true;
             return Err(Error::invalid(format!(
                 "more than {MAX_INSTANCES} objects: divide the scene"
             )));
@@ -337,11 +361,15 @@ impl Flattening {
             return Err(Error::invalid(format!("object \"{path}\": its place is not finite")));
         }
         let material = match &object.material {
-            Some(name) => Some(self.material(file, name).map_err(|e| in_object(&path, e))?),
+            Some(name) => {
+                let number = self.material(file, name);
+                self.sift(&path, number)?.or(above.material)
+            }
             None => above.material,
         };
         let here = Place { path, world, display, material, depth: above.depth + 1 };
-        self.place(file, &object.shape, &here).map_err(|e| in_object(&here.path, e))?;
+        let placed = self.place(file, &object.shape, &here);
+        self.sift(&here.path, placed)?;
         for (i, child) in object.children.iter().enumerate() {
             if child.name.is_empty() {
                 let numbered = Place { path: numbered(&here.path, i), ..here };
@@ -406,38 +434,70 @@ impl Flattening {
 
     /// Notes that a definition or file is being placed.
     fn open(&mut self, name: &str) -> Result<()> {
-        let known = self.open.iter().position(|open| open == name);
+        if let Some(at) = self.open.iter().position(|open| open == name) {
+            let way = self.open[at..].join("\" in \"");
+            let message = format!("an object contains itself: \"{way}\" in \"{name}\"");
+            return Err(Error::invalid(message));
+        }
         self.open.push(name.to_owned());
-        match known {
-            Some(at) => {
-                let way = self.open[at..].join("\" in \"");
-                Err(Error::invalid(format!("an object contains itself: \"{way}\"")))
+        Ok(())
+    }
+
+    /// A shape's geometry, and the scene's materials that its indices mean.
+    fn make_ready(
+        &mut self,
+        file: &File<'_>,
+        shape: &Shape,
+    ) -> Result<(Arc<Geometry>, Arc<[u32]>)> {
+        let geometry = match shape {
+            Shape::Faces(mesh) => Geometry::new(mesh)?,
+            shape => Geometry::new(&shape.mesh()?)?,
+        };
+        let names = &geometry.mesh().materials;
+        let palette: Result<Arc<[u32]>> =
+            names.iter().map(|name| self.material(file, name)).collect();
+        Ok((Arc::new(geometry), palette?))
+    }
+
+    /// What was made of an object, or nothing: its fault is kept, for the rest to be looked at too.
+    ///
+    /// # Errors
+    /// If the scene is too large, a file cannot be read, or there are too many faults.
+    fn sift<T>(&mut self, path: &str, made: Result<T>) -> Result<Option<T>> {
+        match made.map_err(|error| in_object(path, error)) {
+            Ok(made) => Ok(Some(made)),
+            Err(Error::Invalid(message)) if !self.is_too_large => {
+                if self.faults.len() == MOST_FAULTS {
+                    self.faults.push("and more".to_owned());
+                    return Err(Error::invalid(self.faults.join("\n")));
+                }
+                if !self.faults.contains(&message) {
+                    self.faults.push(message);
+                }
+                Ok(None)
             }
-            None => Ok(()),
+            Err(error) => Err(error),
         }
     }
 
     fn place_mesh(&mut self, file: &File<'_>, shape: &Shape, here: &Place) -> Result<()> {
         let address = std::ptr::from_ref(shape) as usize;
-        let (geometry, palette) = match self.ready.get(&address) {
-            Some((geometry, palette)) => (geometry.clone(), palette.clone()),
+        let ready = match self.ready.get(&address) {
+            Some(ready) => ready.clone(),
             None => {
-                let geometry = match shape {
-                    Shape::Faces(mesh) => Geometry::new(mesh)?,
-                    shape => Geometry::new(&shape.mesh()?)?,
-                };
-                let names = &geometry.mesh().materials;
-                let palette: Result<Arc<[u32]>> =
-                    names.iter().map(|name| self.material(file, name)).collect();
-                let ready = (Arc::new(geometry), palette?);
+                // Nothing until it is ready: a faulty shape is told once, wherever it is placed.
+                self.ready.insert(address, None);
+                let ready = Some(self.make_ready(file, shape)?);
                 self.ready.insert(address, ready.clone());
                 ready
             }
         };
+        let Some((geometry, palette)) = ready else { return Ok(()) };
         geometry.check_place(&here.world)?;
         let first_ordinal = self.parts as u32;
         self.parts += u64::from(geometry.part_count());
         if self.instances.len() >= MAX_INSTANCES || self.parts >= u64::from(u32::MAX) {
+            self.is_too_large = true;
             return Err(Error::invalid(format!(
                 "more than {MAX_INSTANCES} objects or 2^32 faces: divide the scene"
             )));
@@ -459,6 +519,13 @@ impl Flattening {
         if let Some(number) = self.numbers.get(&id) {
             return Ok(*number);
         }
+        let made = self.make_material(file, name);
+        // One that is faulty is told once, whoever wears it.
+        self.numbers.insert(id, *made.as_ref().unwrap_or(&0));
+        made
+    }
+
+    fn make_material(&mut self, file: &File<'_>, name: &str) -> Result<u32> {
         let material = file.document.materials.get(name).ok_or_else(|| {
             let names: Vec<&str> = file.document.materials.keys().map(String::as_str).collect();
             Error::invalid(format!(
@@ -511,7 +578,6 @@ impl Flattening {
         let number = self.materials.len() as u32;
         self.materials.push(material);
         self.material_names.push(name.to_owned());
-        self.numbers.insert(id, number);
         Ok(number)
     }
 }

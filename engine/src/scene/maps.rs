@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 
+use super::flat::is_there;
 use super::material::{AlphaMode, Map, Material, Picture};
 use super::read::gltf;
 use crate::color::Color;
@@ -209,12 +210,7 @@ impl Maps {
     /// If one is not; `material` is what the error says of whose it is.
     pub(super) fn offers(&self, material: &str) -> Result<()> {
         for (path, _) in self.maps.iter().filter_map(|map| map.source.as_ref()) {
-            std::fs::metadata(path).map_err(|e| {
-                let what = format!(
-                    "{e} (for material \"{material}\"); ReadScene(pictures: false) shows the scene without"
-                );
-                Error::file(path, std::io::Error::new(e.kind(), what))
-            })?;
+            is_there(path, format_args!("for material \"{material}\""))?;
         }
         Ok(())
     }

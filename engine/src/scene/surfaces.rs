@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::domains::Ready;
 use super::face::{Back, Sides};
-use super::flat::{Instance, Scene};
+use super::flat::{Instance, Scene, is_there};
 use super::geometry::{Frame, Part, Support};
 use super::maps::{At, Maps, Seen, Sizes};
 use super::material::{AlphaMode, Material};
@@ -381,6 +381,10 @@ impl Surfaces for SceneSurfaces {
 
     fn offers(&self, wanted: Columns) -> Result<()> {
         let is_wanted = wanted.meets(Columns::COLOR | Columns::NORMAL | Columns::FINISH);
+        let libraries = self.scene.missing.iter().filter(|_| is_wanted);
+        for library in libraries {
+            is_there(library, "a library of materials")?;
+        }
         let named = self.maps.iter().zip(&self.scene.material_names).filter(|_| is_wanted);
         let mut maps = named.filter_map(|(maps, name)| Some((maps.as_ref()?, name)));
         maps.try_for_each(|(maps, name)| maps.offers(name))?;

@@ -3,6 +3,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::color::Color;
+use spandrel_engine::fragment::Shader;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, NamedLink, Node, Upstream};
 use spandrel_engine::light::sky::Ambient;
@@ -163,21 +164,42 @@ impl Node for Illuminate {
         let image = inputs.get(&self.image);
         let named = |link| Lamps::named(inputs, link);
         let mut lamps: Vec<Lamp> = self.lights.iter().flat_map(named).collect();
-        if image.shaders().any(|shader| shader.typetag_name() == "Trace") {
+        if image.shaders().any(<dyn Shader>::is::<shade::Trace>) {
             inputs.warn(
                 "the image is traced already: its lights fall on what mirrors show. Put Trace after \
                  Illuminate",
+            );
+        }
+        if image.shaders().any(<dyn Shader>::is::<shade::Fog>) {
+            inputs.warn(
+                "there is fog in the image already: it is lit as if it were paint. Put Fog after Illuminate",
             );
         }
         let environment = image.environment();
         doubts(&lamps).iter().for_each(|doubt| inputs.warn(doubt));
         let above = self.ambient.or(environment.map(|known| known.ambient));
         let is_around =
-            |lamp: &Lamp| lamp.light.is_everywhere() || lamp.light.luminance(DVec3::Y).is_some();
-        let own = if lamps.iter().any(is_around) { 0.0 } else { 0.1 };
-        let above = above.unwrap_or(Color::grey(own));
+            |lamp: &&Lamp| lamp.light.is_everywhere() || lamp.light.luminance(DVec3::Y).is_some();
+        let around = lamps.iter().find(is_around);
+        if let (Some(lamp), Some(above)) = (around, above)
+            && above.greatest() > 0.0
+        {
+            let whose =
+                if self.ambient.is_some() { "`ambient`" } else { "the scene's ambient light" };
+            inputs.note(&format!(
+                "{whose} is added to the light of \"{}\", which comes from all around too; `ambient: (0, 0, 0)` \
+                 leaves it out",
+                lamp.name
+            ));
+        }
+        let above = above.unwrap_or(Color::grey(if around.is_some() { 0.0 } else { 0.1 }));
         let mut shadows = self.shadows.unwrap_or(match environment {
-            Some(known) if !known.shadows => Shadows::Off,
+            Some(known) if !known.shadows => {
+                inputs.note(
+                    "the scene's environment wants no shadows; `shadows: Volumes` casts them",
+                );
+                Shadows::Off
+            }
             _ => Shadows::Volumes,
         });
         let white = self.white.unwrap_or_else(|| {

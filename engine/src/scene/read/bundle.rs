@@ -30,6 +30,9 @@ struct Bundle {
     key: Key,
     document: Document,
     files: Vec<(PathBuf, String, Key, Document)>,
+    /// Libraries of materials that were not there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    missing: Vec<PathBuf>,
 }
 
 /// Where a scene comes from.
@@ -93,6 +96,7 @@ pub fn pack(origin: &Origin) -> Result<Arc<[u8]>> {
         key: reading.key,
         document: Document::clone(document),
         files: files.collect(),
+        missing: reading.missing.into_iter().chain(scene.missing).collect(),
     };
     let bytes = rmp_serde::to_vec_named(&bundle)
         .map_err(|e| Error::in_file(&origin.file, e.to_string()))?;
@@ -109,14 +113,15 @@ fn unpack(origin: &Origin, contents: &[u8], how: &How, label: &str) -> Result<Sc
     }
     let file = |(path, how, key, document): (PathBuf, String, Key, Document)| {
         let document = Arc::new(document);
-        let (notes, about) = (Vec::new(), Vec::new());
-        ((path, how), Reading { document, key, notes, about, placed: Placed::Same })
+        let (notes, about, missing) = (Vec::new(), Vec::new(), Vec::new());
+        ((path, how), Reading { document, key, notes, about, missing, placed: Placed::Same })
     };
     let files = bundle.files.into_iter().map(file).collect();
-    let Bundle { document, directory, key, .. } = bundle;
+    let Bundle { document, directory, key, missing, .. } = bundle;
     let plan = how.plan.as_deref();
     let scene = Scene::with_files(&document, plan, label, key, &directory, files);
     let (mut scene, _) = scene.map_err(|error| fault(error.to_string()))?;
+    scene.missing = missing;
     how.options.apply(&mut scene);
     Ok(scene)
 }

@@ -88,6 +88,8 @@ pub struct Reading {
     pub notes: Vec<String>,
     /// What `info` tells of the file beside its contents, such as its levels of detail.
     pub about: Vec<String>,
+    /// Libraries of materials that surfaces need and that are not there.
+    pub missing: Vec<PathBuf>,
     /// How the file's space became the world.
     placed: Placed,
 }
@@ -124,6 +126,7 @@ struct Reader {
     key: KeyHasher,
     notes: Vec<String>,
     about: Vec<String>,
+    missing: Vec<PathBuf>,
     /// Whether what needs time is found too.
     examines: bool,
     /// Whether it is told that surfaces do not look as they should.
@@ -177,9 +180,10 @@ fn read(mut reader: Reader, path: &Path, options: &ReadOptions) -> Result<Readin
     if let Some(angle) = options.crease {
         smooth(&mut document, angle);
     }
-    let Reader { key, notes, about, degrees, .. } = reader;
+    let Reader { key, notes, about, missing, degrees, .. } = reader;
     let placed = degrees.map_or(Placed::By(Transform(steps)), Placed::Around);
-    Ok(Reading { document: Arc::new(document), key: key.finish(), notes, about, placed })
+    let (document, key) = (Arc::new(document), key.finish());
+    Ok(Reading { document, key, notes, about, missing, placed })
 }
 
 /// Reads a scene file and makes a plan of it ready.
@@ -195,6 +199,7 @@ pub fn scene(path: &Path, plan: Option<&str>, label: &str, options: &ReadOptions
         other => other,
     })?;
     scene.notes.splice(0..0, reading.notes);
+    scene.missing.splice(0..0, reading.missing);
     options.apply(&mut scene);
     scene.pictures = Some(scene.key_of_pictures());
     scene.origin = Some(bundle::origin(path, plan, options, scene.key));
@@ -229,6 +234,7 @@ impl ReadOptions {
                 let is_picture = |d: &Domains| matches!(d.define, Define::Picture(_));
                 material.domains = material.domains.take().filter(|d| !is_picture(d));
             });
+            scene.missing.clear();
         }
     }
 }
@@ -288,6 +294,7 @@ impl Reader {
             key: KeyHasher::new("scene file"),
             notes: Vec::new(),
             about: Vec::new(),
+            missing: Vec::new(),
             examines: false,
             wants_pictures: true,
             degrees: None,

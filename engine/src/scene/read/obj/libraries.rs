@@ -1,7 +1,7 @@
 //! The libraries of materials that an OBJ names.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::super::super::flat::WITHOUT_PICTURES;
 use super::super::super::material::Material;
@@ -9,11 +9,12 @@ use super::super::{Reader, mtl};
 use crate::error::Result;
 use crate::open::{self, Text};
 
-/// Reads the libraries of a statement.
+/// Reads the libraries of a statement; those that are not there are missing.
 pub(super) fn read(
     reader: &mut Reader,
     names: &str,
     materials: &mut BTreeMap<String, Material>,
+    missing: &mut Vec<PathBuf>,
 ) -> Result<()> {
     let folder = reader.path.parent().unwrap_or(Path::new("")).to_owned();
     for name in split(names, |name| open::is_file(&folder.join(name))) {
@@ -27,6 +28,7 @@ pub(super) fn read(
                 if reader.wants_pictures {
                     reader.note(format!("library of materials: {error}: {WITHOUT_PICTURES}"));
                 }
+                missing.push(folder.join(name));
                 continue;
             }
         };

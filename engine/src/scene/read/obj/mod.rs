@@ -85,6 +85,7 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
     let has_objects = statements(&path, text).any(|mut words| words.next() == Some("o"));
     let mut lists = Lists::default();
     let mut materials: BTreeMap<String, Material> = BTreeMap::new();
+    let mut missing = Vec::new();
     let mut parts = vec![Part::default()];
     let mut material: Option<String> = None;
     let mut told = Told::default();
@@ -138,7 +139,9 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
             }
             "s" => is_smooth = !matches!(words.peek(), None | Some("off" | "0")),
             "usemtl" => material = Some(words.name().to_owned()).filter(|name| !name.is_empty()),
-            "mtllib" => libraries::read(reader, words.name(), &mut materials)?,
+            "mtllib" => {
+                libraries::read(reader, words.name(), &mut materials, &mut missing)?;
+            }
             _ => match NOT_SHOWN.iter().find(|(words, _)| words.contains(&keyword)) {
                 Some((_, what)) => told.add(what, keyword),
                 None if SILENT.contains(&keyword) => {}
@@ -156,7 +159,9 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
         return Err(reader.fault("no faces: an OBJ file has lines that begin with `f`"));
     }
     colors::settle(reader, &mut lists.colors, true);
-    define(reader, &mut parts, &mut materials, &lists);
+    if define(reader, &mut parts, &mut materials, &lists) {
+        reader.missing.append(&mut missing);
+    }
     let mut names = Names::default();
     let mut root = Object::default();
     for part in parts {
@@ -168,13 +173,14 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
     Ok(Document { materials, ..Document::with_plan(plan) })
 }
 
-/// Gives materials to faces whose `usemtl` no library defines, and tells what pictures have no place.
+/// Gives plain materials to faces whose `usemtl` no library defines, and tells what pictures have no place. Returns
+/// whether there are such faces.
 fn define(
     reader: &mut Reader,
     parts: &mut [Part],
     materials: &mut BTreeMap<String, Material>,
     lists: &Lists,
-) {
+) -> bool {
     let without_comment = |name: &str| name.split(" #").next().unwrap_or(name).trim().to_owned();
     let mut missing: Vec<String> = Vec::new();
     let mut unplaced = 0;
@@ -216,4 +222,5 @@ fn define(
             "{unplaced} faces have a material with pictures, and no texture coordinates (`vt`) for them"
         ));
     }
+    !missing.is_empty()
 }
