@@ -201,6 +201,31 @@ fn exit_codes_tell_what_failed() {
 }
 
 #[test]
+fn what_is_set_is_blamed_where_it_is_said() {
+    let folder = Folder::new("blamed");
+    // A fault of a setting stands under it; one of the file keeps its place there, and both are told.
+    std::fs::write(folder.0.join("faulty.ron"), GRAPH.replace("box.ron\"", "box.ron\", seals: 3"))
+        .unwrap();
+    let ran = folder.run(&[
+        "check",
+        "faulty.ron",
+        "--set",
+        "picture.scale=1",
+        "--set",
+        "picture.size=(8, x)",
+    ]);
+    assert_eq!(ran.code, Some(3), "{ran:?}");
+    let line = "2 | picture.size=(8, x)";
+    let caret = ran.err.lines().skip_while(|text| *text != line).nth(1).unwrap_or_default();
+    assert_eq!(caret.find('^'), line.find('x'), "{}", ran.err);
+    assert!(
+        ran.err.contains("--> --set:2:18") && ran.err.contains("--> faulty.ron:"),
+        "{}",
+        ran.err
+    );
+}
+
+#[test]
 fn errors_show_the_line_underlined() {
     let folder = Folder::new("underline");
     std::fs::write(folder.0.join("bad.ron"), GRAPH.replace("Sloped(2))", "Slopd(2))")).unwrap();

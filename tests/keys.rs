@@ -315,7 +315,7 @@ fn every_field_of_every_kind_is_in_the_key() {
     let ids: Vec<&str> = nodes.iter().map(|(id, _)| id.as_str()).collect();
     let base = keys(&run, ALL, folder, &ids).unwrap();
     let used: BTreeSet<&str> = nodes.iter().map(|(_, kind)| kind.as_str()).collect();
-    let kinds: BTreeSet<&str> = registry.kinds().map(|kind| kind.name).collect();
+    let kinds: BTreeSet<&str> = registry.kinds().map(|kind| kind.name.as_str()).collect();
     assert_eq!(used, kinds, "the graph has every kind");
     let mut unknown = Vec::new();
     for Kind { name, fields, .. } in registry.kinds() {

@@ -111,7 +111,7 @@ pub(crate) fn check(
     directory: &Path,
 ) -> Result<Graph, u8> {
     Graph::check(document, registry, directory).map_err(|faults| {
-        print::diagnostics(&name(path), &document.text, &faults);
+        print::faults(&name(path), document, &faults);
         if faults.iter().all(|fault| fault.is_input) { exit::INPUT } else { exit::INVALID }
     })
 }

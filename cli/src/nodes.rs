@@ -16,7 +16,7 @@ pub(crate) fn run(registry: &Registry, args: &Nodes) -> u8 {
         Some(name) => {
             let kind = registry.kind(name).or_else(|| registry.by_alias(name));
             let Some(kind) = kind else {
-                let near = nearest(name, registry.kinds().map(|kind| kind.name));
+                let near = nearest(name, registry.kinds().map(|kind| kind.name.as_str()));
                 let hint = near.map_or(String::new(), |near| format!(": did you mean {near}?"));
                 print::error(format!("there is no kind of node {name}{hint}"));
                 return exit::USAGE;
@@ -38,7 +38,7 @@ pub(crate) fn run(registry: &Registry, args: &Nodes) -> u8 {
 fn list(kinds: &[&Kind]) -> String {
     let mut groups: BTreeMap<&str, Vec<&Kind>> = BTreeMap::new();
     for kind in kinds {
-        groups.entry(kind.group).or_default().push(kind);
+        groups.entry(&kind.group).or_default().push(kind);
     }
     let width = kinds.iter().map(|kind| kind.name.len()).max().unwrap_or(0);
     let mut out = String::new();

@@ -1,6 +1,7 @@
 //! Printing: to readers that may have gone, and diagnostics with the text that they blame. What is said is kept for
 //! `--stats=json` and `--deny-warnings`.
 
+use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::{Diagnostic, Severity};
 use spandrel_engine::output;
 pub(crate) use spandrel_engine::text::bytes;
@@ -135,18 +136,33 @@ fn titled(title: &str, color: &str, message: &dyn std::fmt::Display) -> String {
 
 /// Prints diagnostics with the lines that they blame, underlined; `name` is what the text is called.
 pub(crate) fn diagnostics(name: &str, text: &str, diagnostics: &[Diagnostic]) {
-    let is_styled = std::io::stderr().is_terminal();
+    diagnostics.iter().for_each(|diagnostic| one(name, text, diagnostic));
+    sum(name, diagnostics);
+}
+
+/// Prints what is wrong with a graph, in its file or in what was set from outside.
+pub(crate) fn faults(name: &str, document: &Document, diagnostics: &[Diagnostic]) {
     for diagnostic in diagnostics {
-        styled(&underlined(name, text, diagnostic, is_styled));
-        styled("");
-        let (line, column) = diagnostic.position(text);
-        let help = diagnostic.help.as_ref().map(|help| format!(": {help}")).unwrap_or_default();
-        let message = format!("{name}:{line}:{column}: {}{help}", diagnostic.message);
-        match diagnostic.severity {
-            Severity::Error => said().errors.push(message),
-            Severity::Warning => said().warnings.push(message),
-        }
+        let (is_set, text, diagnostic) = document.blamed(diagnostic);
+        one(if is_set { "--set" } else { name }, text, &diagnostic);
     }
+    sum(name, diagnostics);
+}
+
+fn one(name: &str, text: &str, diagnostic: &Diagnostic) {
+    let is_styled = std::io::stderr().is_terminal();
+    styled(&underlined(name, text, diagnostic, is_styled));
+    styled("");
+    let (line, column) = diagnostic.position(text);
+    let help = diagnostic.help.as_ref().map(|help| format!(": {help}")).unwrap_or_default();
+    let message = format!("{name}:{line}:{column}: {}{help}", diagnostic.message);
+    match diagnostic.severity {
+        Severity::Error => said().errors.push(message),
+        Severity::Warning => said().warnings.push(message),
+    }
+}
+
+fn sum(name: &str, diagnostics: &[Diagnostic]) {
     let errors = diagnostics.iter().filter(|d| d.severity == Severity::Error).count();
     if errors > 0 {
         let s = if errors == 1 { "" } else { "s" };
@@ -203,7 +219,6 @@ pub(crate) fn escape(text: &str) -> String {
 mod tests {
     use super::*;
     use spandrel_engine::graph::Graph;
-    use spandrel_engine::graph::document::Document;
 
     /// Letters of two, three and four bytes, one that is added to the letter before it, and what is not seen.
     const LETTERS: [&str; 8] = ["é", "€", "😀", "\u{301}", "\t", "\r", "\u{200b}", "\0"];

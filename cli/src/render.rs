@@ -7,6 +7,8 @@ use spandrel_engine::graph::document::{Document, RawNode};
 use spandrel_engine::graph::{Graph, Plan, Registry, Run};
 use spandrel_engine::image::Window;
 use spandrel_engine::output;
+use spandrel_engine::resolve::Rule;
+use spandrel_engine::text;
 use spandrel_engine::texture::store;
 use spandrel_engine::values::{Delivery, Override};
 use std::path::{Path, PathBuf};
@@ -244,8 +246,7 @@ fn outputs(registry: &Registry, args: &Render, document: &mut Document) -> Resul
         _ => (String::new(), "png"),
     };
     let path = absolute(&with_ending(file, ending));
-    let new = writer(writer_kind, only, &path, &lines);
-    document.nodes.push(new);
+    document.add(WRITER, &format!("{writer_kind}(image: {only:?}, path: {path:?}{lines})"));
     Ok(vec![WRITER.to_owned()])
 }
 
@@ -281,12 +282,8 @@ fn resolved(document: &Document, settings: &[Setting]) -> String {
     let mut all: Vec<String> = Vec::new();
     for raw in document.nodes.iter().filter(|raw| raw.kind == "Resolve") {
         let size = raw.value("size").map_or(String::new(), |size| format!(", size: {size}"));
-        let lines = raw.value("lines").map(|lines| match lines.strip_prefix("Adaptive(") {
-            // A file cannot be asked for more lines: this is what is made of them.
-            Some(rest) => format!("Sloped({})", rest.split(',').next().unwrap_or(rest)),
-            None if lines == "Exact" => "Sloped(16)".to_owned(),
-            None => lines.to_owned(),
-        });
+        // A file cannot be asked for more lines: this is what is made of them.
+        let lines = raw.parsed("lines").map(|rule: Rule| text::written(&rule.on_lines()));
         let lines = lines.map_or(String::new(), |lines| format!(", lines: {lines}"));
         all.push(size + &lines);
     }
@@ -308,17 +305,6 @@ fn resolved(document: &Document, settings: &[Setting]) -> String {
             ));
             String::new()
         }
-    }
-}
-
-fn writer(kind: &str, image: &str, path: &str, fields: &str) -> RawNode {
-    RawNode {
-        id: WRITER.to_owned(),
-        id_span: 0..0,
-        kind: kind.to_owned(),
-        span: 0..0,
-        text: format!("{kind}(image: {image:?}, path: {path:?}{fields})"),
-        settings: vec!["-o".to_owned()],
     }
 }
 

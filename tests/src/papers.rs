@@ -113,7 +113,7 @@ pub fn faces(evaluated: &Evaluated) -> u64 {
     let scenes = evaluated
         .reports
         .iter()
-        .filter(|report| ["ReadScene", "Billboards"].contains(&report.kind));
+        .filter(|report| ["ReadScene", "Billboards"].contains(&report.kind.as_str()));
     scenes
         .flat_map(|report| &report.facts)
         .filter(|(what, _)| *what == "faces")

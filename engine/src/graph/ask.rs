@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::link::Link;
+use super::link::{Link, Slot};
 use super::value::{AnyDemand, AnyValue, Value};
 use crate::watch::Watch;
 
@@ -12,8 +12,15 @@ use crate::watch::Watch;
 pub struct Upstream<'a> {
     names: &'a HashMap<String, usize>,
     directory: &'a Path,
-    /// Nodes by number, and what is asked of them.
-    pub(super) asks: Vec<(usize, Box<dyn AnyDemand>)>,
+    pub(super) asks: Vec<Ask>,
+}
+
+/// What is asked by a link.
+pub(super) struct Ask {
+    pub(super) by: Slot,
+    /// The number of the node that is asked.
+    pub(super) of: usize,
+    pub(super) demand: Box<dyn AnyDemand>,
 }
 
 impl<'a> Upstream<'a> {
@@ -22,9 +29,10 @@ impl<'a> Upstream<'a> {
         Upstream { names, directory, asks: Vec::new() }
     }
 
-    /// Asks a linked node for a value. Links that are not given are passed over.
+    /// Asks a linked node for a value. Links that are not given are passed over. One link may be asked for several
+    /// values: [`Inputs::each`] gives them in the same order.
     pub fn ask<T: Value>(&mut self, link: &Link<T>, demand: T::Demand) {
-        self.ask_any(link.target(), Box::new(demand));
+        self.ask_any((link.target(), link.slot()), Box::new(demand));
     }
 
     /// The folder from which files are found.
@@ -32,16 +40,17 @@ impl<'a> Upstream<'a> {
         self.directory
     }
 
-    pub(super) fn ask_any(&mut self, target: &str, demand: Box<dyn AnyDemand>) {
-        if let Some(node) = self.names.get(target) {
-            self.asks.push((*node, demand));
+    pub(super) fn ask_any(&mut self, (target, by): (&str, Slot), demand: Box<dyn AnyDemand>) {
+        if let Some(of) = self.names.get(target).copied() {
+            self.asks.push(Ask { by, of, demand });
         }
     }
 }
 
 /// The inputs of a node that is being evaluated.
 pub struct Inputs<'a> {
-    pub(super) values: Vec<(&'a str, AnyValue)>,
+    /// In the order in which they were asked for.
+    pub(super) values: Vec<(Slot, AnyValue)>,
     pub(super) directory: &'a Path,
     pub(super) watch: &'a Watch,
     pub(super) tell: &'a (dyn Fn(Remark<'_>) + Sync),
@@ -62,8 +71,13 @@ impl Inputs<'_> {
     /// # Panics
     /// If the node did not ask for it.
     pub fn get<T: Value>(&self, link: &Link<T>) -> Arc<T> {
-        let value = self.values.iter().find(|(target, _)| *target == link.target());
-        value.expect("a node gets only what it asked for").1.get()
+        self.each(link).next().expect("a node gets only what it asked for")
+    }
+
+    /// The values of a link that was asked several times, in the order of the demands.
+    pub fn each<T: Value>(&self, link: &Link<T>) -> impl Iterator<Item = Arc<T>> {
+        let slot = link.slot();
+        self.values.iter().filter(move |(by, _)| *by == slot).map(|(_, value)| value.get())
     }
 
     /// The folder from which files are found.

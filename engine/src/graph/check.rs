@@ -44,7 +44,7 @@ pub struct NodeInfo<'g> {
     /// Its name.
     pub id: &'g str,
     /// Its kind.
-    pub kind: &'static str,
+    pub kind: &'g str,
     /// The name of the type that it makes.
     pub output: &'static str,
     /// The names of the nodes that it uses.
@@ -91,12 +91,6 @@ impl Graph {
         let order = check.order();
         let Check { nodes, mut faults, .. } = check;
         if !faults.is_empty() {
-            for fault in &mut faults {
-                let edited = |raw: &&RawNode| raw.id_span == fault.span && !raw.settings.is_empty();
-                if let Some(raw) = document.nodes.iter().find(edited) {
-                    fault.label = format!("set from outside: {}", raw.settings.join(", "));
-                }
-            }
             faults.sort_by_key(|fault| fault.span.start);
             return Err(faults);
         }
@@ -107,7 +101,7 @@ impl Graph {
     pub fn nodes(&self) -> impl Iterator<Item = NodeInfo<'_>> {
         self.nodes.iter().map(|node| NodeInfo {
             id: &node.id,
-            kind: node.kind.name,
+            kind: &node.kind.name,
             output: node.kind.output,
             uses: node.links.iter().map(|link| self.nodes[*link].id.as_str()).collect(),
             writes: node.writes.iter().map(|(field, file)| (&**field, &**file)).collect(),
@@ -207,8 +201,8 @@ impl Check<'_> {
             && let Err(fault) = node.check()
         {
             let message = format!("`{}`: {}", fault.field, fault.message);
-            let span = fault.at.and_then(|at| raw.inside(fault.field, at));
-            let span = span.unwrap_or_else(|| raw.field(fault.field));
+            let span = fault.at.and_then(|at| raw.inside(&fault.field, at));
+            let span = span.unwrap_or_else(|| raw.field(&fault.field));
             self.faults.push(Diagnostic::error(span, message));
         }
         let id = raw.id.clone();
@@ -251,7 +245,7 @@ impl Check<'_> {
         if let Some(known) = self.registry.by_alias(&raw.kind) {
             return fault.help(format!("`{}` is called `{}` here", raw.kind, known.name));
         }
-        match nearest(&raw.kind, self.registry.kinds().map(|kind| kind.name)) {
+        match nearest(&raw.kind, self.registry.kinds().map(|kind| kind.name.as_str())) {
             Some(near) => fault.help(format!("did you mean `{near}`?")),
             None => fault.help("`spandrel nodes` lists all kinds"),
         }
@@ -430,15 +424,11 @@ fn missing(raw: &RawNode, field: &str, what: &str) -> Diagnostic {
 
 /// Where a link's target stands.
 fn link_span(raw: &RawNode, wish: &Wish) -> std::ops::Range<usize> {
-    let field = raw.field(&wish.field);
-    if !raw.settings.is_empty() {
-        return field;
-    }
+    let Some(span) = field_span(&raw.text, &wish.field) else { return raw.field(&wish.field) };
     // In a list of links, the one that is meant.
-    let text = field_span(&raw.text, &wish.field).map_or("", |span| &raw.text[span]);
     let quoted = format!("\"{}\"", wish.target);
-    match text.find(&quoted) {
-        Some(at) => field.start + at..field.start + at + quoted.len(),
-        None => field,
+    match raw.text[span.clone()].find(&quoted) {
+        Some(at) => raw.place(span.start + at..span.start + at + quoted.len()),
+        None => raw.place(span),
     }
 }

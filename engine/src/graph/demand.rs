@@ -1,7 +1,8 @@
 //! Demand: from the outputs up, what each node must deliver.
 
-use super::ask::Upstream;
+use super::ask::{self, Upstream};
 use super::check::Graph;
+use super::link::Slot;
 use super::value::{AnyDemand, Value};
 use crate::error::{Error, Result};
 
@@ -16,8 +17,8 @@ pub struct Plan {
 pub(super) struct Instance {
     pub(super) node: usize,
     pub(super) demand: Box<dyn AnyDemand>,
-    /// The instances that it uses, by the targets of its links.
-    pub(super) inputs: Vec<(String, usize)>,
+    /// The instances that it uses, and its links that ask them, in the order of asking.
+    pub(super) inputs: Vec<(Slot, usize)>,
     /// The input that it returns unchanged.
     pub(super) passes: Option<usize>,
 }
@@ -63,7 +64,9 @@ impl Plan {
                 for user in users {
                     match user {
                         User::Outside(i) => plan.wanted[i] = at,
-                        User::Input(instance, slot) => plan.instances[instance].inputs[slot].1 = at,
+                        User::Input(instance, number) => {
+                            plan.instances[instance].inputs[number].1 = at;
+                        }
                     }
                 }
                 let instance = plan_one(graph, *node, demand, at, &mut asked)?;
@@ -150,16 +153,16 @@ fn plan_one(
     let mut upstream = Upstream::new(&graph.names, &graph.directory);
     let passes = checked.node.passes();
     match &passes {
-        Some(target) => upstream.ask_any(target, demand.boxed()),
+        Some(link) => upstream.ask_any(*link, demand.boxed()),
         None => checked
             .node
             .demand(&*demand, &mut upstream)
             .map_err(|error| Failure { node: checked.id.clone(), error })?,
     }
     let mut inputs = Vec::new();
-    for (slot, (target, demand)) in upstream.asks.into_iter().enumerate() {
-        inputs.push((graph.nodes[target].id.clone(), usize::MAX));
-        asked[target].push(Ask { by: User::Input(at, slot), demand });
+    for (number, ask::Ask { by, of, demand }) in upstream.asks.into_iter().enumerate() {
+        inputs.push((by, usize::MAX));
+        asked[of].push(Ask { by: User::Input(at, number), demand });
     }
     let passes = passes.map(|_| 0);
     Ok(Instance { node, demand, inputs, passes })

@@ -5,7 +5,7 @@
 //! errors of all nodes.
 
 use ron::value::RawValue;
-use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, MapAccess, Visitor};
 use std::fmt;
 use std::ops::Range;
 
@@ -18,10 +18,13 @@ pub const VERSION: u32 = 1;
 /// A graph's text and its nodes, not yet parsed.
 #[derive(Clone, Debug)]
 pub struct Document {
-    /// The text.
+    /// The text of the file; behind it a line for each parameter that was [set](Document::set) from outside. Faults have
+    /// their places in it.
     pub text: String,
     /// The nodes in the order of the text.
     pub nodes: Vec<RawNode>,
+    /// Where the settings from outside begin in the text.
+    outside: usize,
 }
 
 /// A node of the text.
@@ -35,11 +38,19 @@ pub struct RawNode {
     pub kind: String,
     /// Where its text, kind and fields, stands.
     pub span: Range<usize>,
-    /// The text.
+    /// The text, with what was set from outside.
     pub text: String,
-    /// Parameters that were set from outside, as `field=value`: with any, the text is not the
-    /// document's.
-    pub settings: Vec<String>,
+    /// Where its pieces come from, in their order.
+    pieces: Vec<Piece>,
+}
+
+/// A part of a node's text that stands as it is in the document's.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Piece {
+    /// Where it begins in the node's text.
+    at: usize,
+    /// Where it stands in the document's.
+    origin: Range<usize>,
 }
 
 #[derive(serde::Deserialize)]
@@ -110,8 +121,7 @@ impl Document {
             let body = &text[span.clone()];
             let id_span = index.item(index.at(span.start)).key.clone();
             let id_span = id_span.unwrap_or(span.start..span.start + 1);
-            let kind: String =
-                body.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            let kind = kind_of(body);
             if !is_name(&id) {
                 faults.push(
                     Diagnostic::error(id_span.clone(), format!("\"{id}\" is no name for a node"))
@@ -119,10 +129,39 @@ impl Document {
                 );
             }
             let text = body.to_owned();
-            nodes.push(RawNode { id, id_span, kind, span, text, settings: Vec::new() });
+            let pieces = vec![Piece { at: 0, origin: span.clone() }];
+            nodes.push(RawNode { id, id_span, kind, span, text, pieces });
         }
         faults.sort_by_key(|fault| fault.span.start);
-        if faults.is_empty() { Ok(Document { text: text.to_owned(), nodes }) } else { Err(faults) }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        Ok(Document { text: text.to_owned(), nodes, outside: text.len() })
+    }
+
+    /// What a fault of the document blames: the text of the file or, if it is true, the settings from outside, a line
+    /// each; and the fault with its places there.
+    pub fn blamed(&self, fault: &Diagnostic) -> (bool, &str, Diagnostic) {
+        let (file, outside) = self.text.split_at(self.outside);
+        let is_outside = |place: &Range<usize>| place.start > self.outside;
+        let is_set = is_outside(&fault.span);
+        let (text, start) = if is_set { (&outside[1..], self.outside + 1) } else { (file, 0) };
+        let moved = |place: &Range<usize>| place.start - start..place.end - start;
+        // Only what stands there too can be shown beside it.
+        let other = fault.other.as_ref().filter(|(place, _)| is_outside(place) == is_set);
+        let other = other.map(|(place, label)| (moved(place), label.clone()));
+        (is_set, text, Diagnostic { span: moved(&fault.span), other, ..fault.clone() })
+    }
+
+    /// Adds a node from outside: `text` is what the file would say, such as `Write(image: "a")`.
+    pub fn add(&mut self, id: &str, text: &str) {
+        self.text.push('\n');
+        let at = self.text.len();
+        self.text.push_str(&format!("{id}: {text}"));
+        let span = self.text.len() - text.len()..self.text.len();
+        let pieces = vec![Piece { at: 0, origin: span.clone() }];
+        let (id, id_span, kind) = (id.to_owned(), at..at + id.len(), kind_of(text));
+        self.nodes.push(RawNode { id, id_span, kind, span, text: text.to_owned(), pieces });
     }
 
     /// Sets a parameter of a node, as if the text said so.
@@ -138,17 +177,30 @@ impl Document {
                 None => format!("there is no node \"{id}\": there are {}", list(names)),
             }
         })?;
-        node.settings.push(format!("{field}={value}"));
-        match field_span(&node.text, field) {
-            Some(span) => node.text.replace_range(span, value),
+        let known = field_span(&node.text, field);
+        if known.is_none() && !node.text.contains(')') {
+            return Err(format!("\"{id}\" has no list of fields to set one in"));
+        }
+        self.text.push('\n');
+        let start = self.text.len() + id.len() + 1;
+        self.text.push_str(&format!("{id}.{field}={value}"));
+        let (name, sign) =
+            (start..start + field.len(), start + field.len()..start + field.len() + 1);
+        let value_at = sign.end..self.text.len();
+        let end = node.text.rfind(')').unwrap_or(node.text.len());
+        match known {
+            Some(span) => node.replace(span, &[(value, value_at)]),
             None => {
-                let end = node
-                    .text
-                    .rfind(')')
-                    .ok_or_else(|| format!("\"{id}\" has no list of fields to set one in"))?;
                 let body = node.text[..end].trim_end();
-                let comma = if body.ends_with([',', '(']) { "" } else { "," };
-                node.text = format!("{body}{comma} {field}: {value})");
+                let comma = if body.ends_with([',', '(']) { " " } else { ", " };
+                let place = body.len()..end;
+                let written = [
+                    (comma, name.start..name.start),
+                    (field, name),
+                    (": ", sign),
+                    (value, value_at),
+                ];
+                node.replace(place, &written);
             }
         }
         Ok(())
@@ -156,30 +208,63 @@ impl Document {
 }
 
 impl RawNode {
-    /// Where a place of its text stands in the document: with settings from outside, its name stands for all.
-    pub(super) fn place(&self, place: Range<usize>) -> Range<usize> {
-        match self.settings.is_empty() {
-            true => self.span.start + place.start..self.span.start + place.end,
-            false => self.id_span.clone(),
-        }
-    }
-
-    /// Where a field's value stands in the document; the node as a whole if it is not there.
-    pub fn field(&self, field: &str) -> Range<usize> {
-        match field_span(&self.text, field) {
-            Some(span) if self.settings.is_empty() => {
-                self.span.start + span.start..self.span.start + span.end
+    /// Replaces a part of the text by texts that stand elsewhere in the document's.
+    fn replace(&mut self, place: Range<usize>, by: &[(&str, Range<usize>)]) {
+        let text: String = by.iter().map(|(text, _)| *text).collect();
+        let ends = self.pieces[1..].iter().map(|piece| piece.at).chain([self.text.len()]);
+        let mut pieces = Vec::new();
+        let mut behind = Vec::new();
+        for (Piece { at, origin }, end) in self.pieces.iter().zip(ends) {
+            // What is left of it before the place and behind.
+            if *at < place.start {
+                pieces.push(Piece { at: *at, origin: origin.clone() });
             }
-            _ => self.id_span.clone(),
+            if end > place.end {
+                let from = (*at).max(place.end);
+                let origin = (origin.start + from - at).min(origin.end)..origin.end;
+                behind.push(Piece { at: from - place.end + place.start + text.len(), origin });
+            }
         }
+        let mut at = place.start;
+        for (text, origin) in by {
+            pieces.push(Piece { at, origin: origin.clone() });
+            at += text.len();
+        }
+        pieces.append(&mut behind);
+        self.text.replace_range(place, &text);
+        self.pieces = pieces;
     }
 
-    /// Where a byte of a field's text stands in the document, if the field is a text of the document.
+    /// Where a byte of its text stands in the document's, and where the piece that it is in ends there.
+    fn origin(&self, at: usize) -> (usize, usize) {
+        let piece = &self.pieces[self.pieces.partition_point(|p| p.at <= at).saturating_sub(1)];
+        ((piece.origin.start + at - piece.at).min(piece.origin.end), piece.origin.end)
+    }
+
+    /// Where a place of its text stands in the document's.
+    pub(super) fn place(&self, place: Range<usize>) -> Range<usize> {
+        let (start, till) = self.origin(place.start);
+        let (last, _) = self.origin(place.end.max(place.start + 1) - 1);
+        // A place that ends in another piece: as much of it as stands together.
+        let end = if (start..till).contains(&last) { last + 1 } else { till };
+        if place.is_empty() { start..start } else { start..end.max(start) }
+    }
+
+    /// Where a field's value stands in the document's text; the node as a whole if it is not there.
+    pub fn field(&self, field: &str) -> Range<usize> {
+        field_span(&self.text, field).map_or_else(|| self.id_span.clone(), |span| self.place(span))
+    }
+
+    /// Where a byte of a field's text stands in the document's, if the field is a text.
     pub fn inside(&self, field: &str, byte: usize) -> Option<Range<usize>> {
-        let span = field_span(&self.text, field).filter(|_| self.settings.is_empty())?;
-        let start = self.span.start + span.start;
-        let at = start + offset_in_text(&self.text[span.clone()], byte)?;
-        Some(at..(at + 1).min(start + span.len()))
+        let span = field_span(&self.text, field)?;
+        let at = span.start + offset_in_text(&self.text[span.clone()], byte)?;
+        Some(self.place(at..(at + 1).min(span.end)))
+    }
+
+    /// A field's value, if it is there and is one of the type.
+    pub fn parsed<T: DeserializeOwned>(&self, field: &str) -> Option<T> {
+        options().from_str(self.value(field)?).ok()
     }
 
     /// What a field says, if it is there.
@@ -191,6 +276,11 @@ impl RawNode {
     pub fn kind_span(&self) -> Range<usize> {
         self.span.start..self.span.start + self.kind.len().max(1)
     }
+}
+
+/// The name with which a node's text begins.
+fn kind_of(text: &str) -> String {
+    text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()
 }
 
 fn is_name(id: &str) -> bool {
@@ -234,6 +324,9 @@ mod tests {
         document.set("m", "a", "4").unwrap();
         assert_eq!(document.nodes[0].text, "K(a: 2, b: 3)");
         assert_eq!(document.nodes[1].text, "K( a: 4)");
+        let said = |node: usize, field| &document.text[document.nodes[node].field(field)];
+        assert_eq!([said(0, "a"), said(0, "b"), said(1, "a")], ["2", "3", "4"]);
+        assert!(document.text.ends_with("\nn.a=2\nn.b=3\nm.a=4"), "{}", document.text);
         assert!(document.set("o", "a", "1").unwrap_err().contains("there is no node"));
     }
 

@@ -15,6 +15,7 @@ use std::time::Instant;
 use super::ask::{Inputs, Remark};
 use super::check::{Checked, Graph};
 use super::demand::{Failure, Instance, Plan};
+use super::link::Slot;
 use super::value::{AnyValue, Value};
 use crate::cache::{self, Cache, Item, Shelf};
 use crate::error::{Error, Result};
@@ -55,7 +56,7 @@ pub struct Report {
     /// The node.
     pub node: String,
     /// Its kind.
-    pub kind: &'static str,
+    pub kind: String,
     /// What was asked of it, as JSON.
     pub demand: serde_json::Value,
     /// What its value is: two with one key are alike bit for bit.
@@ -277,10 +278,10 @@ impl<'a> Evaluation<'a> {
             if state.failure.is_some() {
                 return;
             }
-            for (target, input) in &instance.inputs {
+            for (link, input) in &instance.inputs {
                 let held =
                     state.held[*input].as_ref().expect("an instance starts after its inputs");
-                values.push((target.as_str(), held.value.clone()));
+                values.push((*link, held.value.clone()));
             }
         }
         if self.run.stop.load(Ordering::Relaxed) {
@@ -303,8 +304,10 @@ impl<'a> Evaluation<'a> {
             Ok(made) => {
                 let held = Holding::of(key, Arc::new(made), &self.run.cache);
                 let for_others = held.again();
+                // In one step: whoever comes later finds the value, and waits no more.
                 let waiting = {
                     let mut state = self.state();
+                    state.held[at] = Some(held.again());
                     let waiting = state.busy.get_mut(&key).map(|(_, waiting)| waiting);
                     waiting.map(std::mem::take).unwrap_or_default()
                 };
@@ -322,7 +325,7 @@ impl<'a> Evaluation<'a> {
         &self,
         node: &Checked,
         instance: &Instance,
-        values: Vec<(&str, AnyValue)>,
+        values: Vec<(Slot, AnyValue)>,
         key: Key,
     ) -> Result<Made> {
         let watch = Watch::stopped_by(&self.run.stop);
@@ -378,7 +381,7 @@ impl<'a> Evaluation<'a> {
 
     /// What an instance's value is made of, as far as it is known before: its kind, its parameters (the names of its
     /// links only where they matter), what is asked of it, its inputs' contents, those of the files that it names.
-    fn key(&self, node: &Checked, instance: &Instance, values: &[(&str, AnyValue)]) -> Result<Key> {
+    fn key(&self, node: &Checked, instance: &Instance, values: &[(Slot, AnyValue)]) -> Result<Key> {
         let mut key = KeyHasher::new("node");
         key.bytes(node.kind.name.as_bytes());
         key.value(&node.nameless);
@@ -407,7 +410,7 @@ impl<'a> Evaluation<'a> {
         let made = held.made.as_ref().filter(|_| outcome == Outcome::Evaluated);
         let report = Report {
             node: node.id.clone(),
-            kind: node.kind.name,
+            kind: node.kind.name.clone(),
             demand: instance.demand.json(),
             key: value.key.expect("every value got a key when it was made"),
             outcome,

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::marker::PhantomData;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::value::Value;
 
@@ -11,19 +12,35 @@ use super::value::Value;
 /// [can be read](Value::READER) as such a value.
 pub struct Link<T> {
     target: String,
+    slot: Slot,
     of: PhantomData<fn() -> T>,
+}
+
+/// Which of all links one is: a node finds by it what it asked for. A copy of a link is the same link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Slot(u64);
+
+impl Slot {
+    fn new() -> Slot {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        Slot(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
 }
 
 impl<T> Link<T> {
     /// A link to a node, or a file.
     pub fn to(target: impl Into<String>) -> Link<T> {
-        Link { target: target.into(), of: PhantomData }
+        Link { target: target.into(), slot: Slot::new(), of: PhantomData }
     }
 
     /// The name of the node, or the path of the file; empty if the link is not given. What a node makes must not
     /// depend on it: see [`NamedLink`].
     pub(crate) fn target(&self) -> &str {
         &self.target
+    }
+
+    pub(super) fn slot(&self) -> Slot {
+        self.slot
     }
 }
 
@@ -72,7 +89,7 @@ impl<T> Default for Link<T> {
 
 impl<T> Clone for Link<T> {
     fn clone(&self) -> Link<T> {
-        Link::to(self.target.clone())
+        Link { target: self.target.clone(), slot: self.slot, of: PhantomData }
     }
 }
 

@@ -4,9 +4,10 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+use std::borrow::Cow;
 
 use super::ask::{Inputs, Upstream};
-use super::link::Link;
+use super::link::{Link, Slot};
 use super::value::{AnyDemand, AnyValue, Value};
 use crate::error::Result;
 
@@ -97,7 +98,7 @@ pub type Wanted<N> = <<N as Node>::Output as Value>::Demand;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FieldError {
     /// The field's name.
-    pub field: &'static str,
+    pub field: Cow<'static, str>,
     /// What is wrong, and the cure.
     pub message: String,
     /// The byte of its text where it is wrong, if it is a text and that is known.
@@ -106,8 +107,8 @@ pub struct FieldError {
 
 impl FieldError {
     /// A fault of a field.
-    pub fn new(field: &'static str, message: impl Into<String>) -> FieldError {
-        FieldError { field, message: message.into(), at: None }
+    pub fn new(field: impl Into<Cow<'static, str>>, message: impl Into<String>) -> FieldError {
+        FieldError { field: field.into(), message: message.into(), at: None }
     }
 
     /// A fault at a byte of a field's text.
@@ -123,7 +124,7 @@ pub(super) trait AnyNode: Send + Sync {
     fn parameters(&self) -> serde_json::Value;
     fn demand(&self, wanted: &dyn AnyDemand, upstream: &mut Upstream<'_>) -> Result<()>;
     fn evaluate(&self, wanted: &dyn AnyDemand, inputs: &Inputs<'_>) -> Result<AnyValue>;
-    fn passes(&self) -> Option<String>;
+    fn passes(&self) -> Option<(&str, Slot)>;
 }
 
 impl<N: Node> AnyNode for N {
@@ -143,8 +144,8 @@ impl<N: Node> AnyNode for N {
         Node::evaluate(self, typed::<N>(wanted), inputs).map(AnyValue::new)
     }
 
-    fn passes(&self) -> Option<String> {
-        Node::passes(self).map(|link| link.target().to_owned())
+    fn passes(&self) -> Option<(&str, Slot)> {
+        Node::passes(self).map(|link| (link.target(), link.slot()))
     }
 }
 

@@ -15,17 +15,17 @@ use crate::text::options;
 /// A program registers the kinds that it wants, one call each; there is no registration by magic.
 #[derive(Clone, Default)]
 pub struct Registry {
-    kinds: BTreeMap<&'static str, Arc<Kind>>,
+    kinds: BTreeMap<String, Arc<Kind>>,
 }
 
 /// A kind of node: what its declaration says.
 pub struct Kind {
     /// The name in graphs.
-    pub name: &'static str,
+    pub name: String,
     /// The group of the catalogue.
-    pub group: &'static str,
+    pub group: String,
     /// Other names under which people look for it.
-    pub aliases: &'static [&'static str],
+    pub aliases: Vec<String>,
     /// The name of the type that it makes.
     pub output: &'static str,
     /// What it does.
@@ -37,7 +37,8 @@ pub struct Kind {
 }
 
 /// Parses a node's text.
-type Parse = fn(&str) -> Result<Box<dyn AnyNode>, Box<ron::error::SpannedError>>;
+type Parse =
+    Box<dyn Fn(&str) -> Result<Box<dyn AnyNode>, Box<ron::error::SpannedError>> + Send + Sync>;
 
 impl Registry {
     /// A registry without kinds.
@@ -53,20 +54,25 @@ impl Registry {
         let schema = schema_of::<N>();
         let default = ron::Options::default().to_string(&N::default()).unwrap_or_default();
         let kind = Kind {
-            name: N::KIND,
-            group: N::GROUP,
-            aliases: N::ALIASES,
+            name: N::KIND.to_owned(),
+            group: N::GROUP.to_owned(),
+            aliases: N::ALIASES.iter().map(|alias| (*alias).to_owned()).collect(),
             output: N::Output::NAME,
             doc: catalogue::doc(&schema),
             fields: catalogue::fields(&schema, &default),
             schema,
-            parse: |text| {
+            parse: Box::new(|text| {
                 let node: N = options().from_str(text).map_err(Box::new)?;
                 Ok(Box::new(node))
-            },
+            }),
         };
-        let other = self.kinds.insert(N::KIND, Arc::new(kind));
-        assert!(other.is_none(), "two kinds of node are called {}", N::KIND);
+        self.add(kind)
+    }
+
+    fn add(&mut self, kind: Kind) -> &mut Registry {
+        let name = kind.name.clone();
+        assert!(!self.kinds.contains_key(&name), "two kinds of node are called {name}");
+        self.kinds.insert(name, Arc::new(kind));
         self
     }
 
@@ -77,7 +83,7 @@ impl Registry {
 
     /// The kind that is known by another name.
     pub fn by_alias(&self, name: &str) -> Option<&Arc<Kind>> {
-        let is = |alias: &&str| alias.eq_ignore_ascii_case(name);
+        let is = |alias: &String| alias.eq_ignore_ascii_case(name);
         self.kinds.values().find(|kind| kind.aliases.iter().any(is))
     }
 

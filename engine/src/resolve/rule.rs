@@ -63,6 +63,16 @@ pub enum Vertical {
 }
 
 impl Rule {
+    /// The rule that serves in place of this one where nothing can be asked for between the lines, as in a file.
+    #[must_use]
+    pub fn on_lines(self) -> Rule {
+        match self {
+            Rule::Adaptive(n, _) => Rule::Sloped(n),
+            Rule::Exact => Rule::Sloped(16),
+            Rule::Sampled(..) | Rule::Sloped(_) => self,
+        }
+    }
+
     /// The lines that the rule needs.
     ///
     /// # Errors

@@ -24,6 +24,11 @@ pub fn options() -> ron::Options {
     )
 }
 
+/// A value as texts have it.
+pub fn written<T: serde::Serialize>(value: &T) -> String {
+    options().to_string(value).unwrap_or_default()
+}
+
 /// The name that was probably meant: the nearest by edits, if it is near.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = name.to_lowercase();
