@@ -3,19 +3,19 @@
 #![allow(clippy::disallowed_methods, reason = "what is expected may be computed by anybody's sine")]
 
 use glam::{DVec2, DVec3, dvec3 as v};
-use spandrel_engine::billboard::{self, Chance, Stand, Subject, Tree};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Finish, Optics};
 use spandrel_engine::image::{Image, Samples, Window};
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::billboards::{self, Chance, Stand, Subject, Tree};
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::filter::Filter as Pixels;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{AlphaMode, Material};
 use spandrel_engine::shade::{Illuminate, Shadows, Stream, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::Accelerator;
-use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::scenes::painted_faces;
 use std::collections::{BTreeMap, BTreeSet};
@@ -51,7 +51,7 @@ fn trees(places: &[Tree], pictures: &[Arc<Image>], view: &View, lit: bool) -> Sp
     let stand = Stand { label: "trees".to_owned(), color: Color::WHITE, lit };
     let rows = 0..view.raster().height;
     let plan = RULE.plan().unwrap();
-    billboard::image(subjects, places.to_vec(), stand, view, plan, rows).unwrap()
+    billboards::image(subjects, places.to_vec(), stand, view, plan, rows).unwrap()
 }
 
 fn one(foot: DVec3, height: f64) -> Tree {
@@ -131,7 +131,7 @@ fn floor(material: Material, h: f64, view: &View) -> SpanImage {
     let corners = [v(-h, 0.0, h), v(h, 0.0, h), v(h, 0.0, -h), v(-h, 0.0, -h)];
     let scene = painted_faces(&[(corners, material)]).unwrap();
     let rows = 0..view.raster().height;
-    visible::render(&[scene.into()], view, RULE.plan().unwrap(), rows).unwrap()
+    scanline::render(&[scene.into()], view, RULE.plan().unwrap(), rows).unwrap()
 }
 
 #[test]
@@ -408,7 +408,7 @@ fn a_mirror_that_lets_all_through_is_seen_before_many_layers() {
         let mut parts = vec![(corners(1.0), pane(0.0, 0.0, optics))];
         parts.extend((0..count).map(|i| (corners(-0.1 * f64::from(i)), pane(0.0, 0.02, None))));
         let scene = painted_faces(&parts).unwrap();
-        let image = visible::render(&[scene.into()], &camera, RULE.plan().unwrap(), 0..9).unwrap();
+        let image = scanline::render(&[scene.into()], &camera, RULE.plan().unwrap(), 0..9).unwrap();
         let shader = Trace {
             rays: 1,
             depth: 1,
@@ -430,7 +430,7 @@ fn areas_are_planted_by_seed_and_never_too_near() {
     let plant = |seed: u64, count: u32, apart: f64| {
         let mut feet = Vec::new();
         let planted =
-            billboard::scatter(&corners, count, apart, seed, |foot, _| feet.push(foot)).unwrap();
+            billboards::scatter(&corners, count, apart, seed, |foot, _| feet.push(foot)).unwrap();
         assert_eq!(planted as usize, feet.len());
         feet
     };
@@ -444,9 +444,9 @@ fn areas_are_planted_by_seed_and_never_too_near() {
     // What finds no room is left out.
     let few = plant(3, 10_000, 4.0);
     assert!(few.len() > 8 && few.len() < 60, "{}", few.len());
-    assert!(billboard::scatter(&corners[..2], 5, 0.0, 1, |_, _| ()).is_err());
+    assert!(billboards::scatter(&corners[..2], 5, 0.0, 1, |_, _| ()).is_err());
     let line = [v(0.0, 0.0, 0.0), v(1.0, 0.0, 0.0), v(2.0, 0.0, 0.0)];
-    assert!(billboard::scatter(&line, 5, 0.0, 1, |_, _| ()).is_err());
+    assert!(billboards::scatter(&line, 5, 0.0, 1, |_, _| ()).is_err());
 }
 
 #[test]
@@ -459,7 +459,7 @@ fn pictures_without_a_subject_and_trees_without_a_picture_are_told() {
     let made = |tree_: Tree| {
         let stand = Stand { label: "trees".to_owned(), color: Color::WHITE, lit: true };
         let subjects = vec![Subject::new(&tree()).unwrap()];
-        billboard::image(subjects, vec![tree_], stand, &camera, RULE.plan().unwrap(), 0..8)
+        billboards::image(subjects, vec![tree_], stand, &camera, RULE.plan().unwrap(), 0..8)
             .map(drop)
             .unwrap_err()
             .to_string()

@@ -2,11 +2,11 @@
 
 use glam::{DVec2, DVec3};
 use spandrel_engine::image::{Image, Window};
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::Mesh;
 use spandrel_engine::shade::{PictureColors, PictureFrame};
 use spandrel_engine::span::{DepthRange, Keep, SpanImage};
-use spandrel_engine::visible;
 use spandrel_tests::scenes;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ fn render(label: &str, mesh: Mesh) -> SpanImage {
 fn render_for(label: &str, mesh: Mesh, rule: Rule) -> SpanImage {
     let view = scenes::front_view(SIZE.0, SIZE.1);
     let clusters = &[scenes::scene(label, mesh).into()];
-    visible::render(clusters, &view, rule.plan().unwrap(), 0..SIZE.1).unwrap()
+    scanline::render(clusters, &view, rule.plan().unwrap(), 0..SIZE.1).unwrap()
 }
 
 /// By pixel, red, green, blue and alpha of a window in the middle of an image shown at a scale.

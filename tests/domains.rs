@@ -7,6 +7,7 @@ use spandrel_engine::fragment::{Finish, Gloss, Optics};
 use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rate, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Define, Document, Domains, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides,
@@ -15,7 +16,6 @@ use spandrel_engine::shade::{Illuminate, Shadows, Stream, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture::{By, Mapping};
 use spandrel_engine::trace::Accelerator;
-use spandrel_engine::visible;
 use spandrel_tests::graphs::Nodes;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::program::Scratch;
@@ -83,7 +83,7 @@ fn above(side: f64, pixels: u32) -> View {
 
 fn spans(scene: &Arc<Scene>, view: &View) -> SpanImage {
     let rows = 0..view.raster().height;
-    visible::render(&[scene.clone().into()], view, RULE.plan().unwrap(), rows).unwrap()
+    scanline::render(&[scene.clone().into()], view, RULE.plan().unwrap(), rows).unwrap()
 }
 
 fn shown(image: &SpanImage) -> Result<Image, String> {

@@ -8,12 +8,12 @@ use spandrel_engine::image::Image;
 use spandrel_engine::key::Key;
 use spandrel_engine::light::list::{MakeLamp, ParallelLight};
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::read::text;
 use spandrel_engine::scene::{Mesh, Object, Scene, Shape, Step, Transform};
 use spandrel_engine::shade::{Fog, Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::visible;
 use spandrel_tests::lights::{self, illuminate, no_fog};
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes;
@@ -36,7 +36,7 @@ pub(crate) fn render(
     rule: Rule,
 ) -> SpanImage {
     let view = View::new(camera, Raster::new(size.0, size.1).unwrap()).unwrap();
-    visible::render(&[scene.clone().into()], &view, rule.plan().unwrap(), 0..size.1).unwrap()
+    scanline::render(&[scene.clone().into()], &view, rule.plan().unwrap(), 0..size.1).unwrap()
 }
 
 pub(crate) fn picture(image: &SpanImage, rule: Rule) -> Image {
@@ -172,7 +172,7 @@ fn slivers_of_a_millionth_of_a_pixel_keep_their_area() {
     for rule in RULES {
         let view = scenes::pixel_view(16, 16);
         let plan = rule.plan().unwrap();
-        let image = visible::render(&[scene.clone().into()], &view, plan, 0..16).unwrap();
+        let image = scanline::render(&[scene.clone().into()], &view, plan, 0..16).unwrap();
         let (found, expected) = (area(&image, rule), f64::from(count) * width);
         assert!((found / expected - 1.0).abs() < 0.02, "{rule:?}: {found} of {expected}");
         assert!(!has_nan(&picture(&image, rule)));
@@ -325,7 +325,7 @@ fn a_thousand_times_an_edge_is_still_straight() {
     for rule in RULES {
         let view = scenes::pixel_view(8, 8);
         let plan = rule.plan().unwrap();
-        let image = visible::render(&[scene.clone().into()], &view, plan, 0..8).unwrap();
+        let image = scanline::render(&[scene.clone().into()], &view, plan, 0..8).unwrap();
         let whole = Framing::scaled(view.raster(), DVec2::splat(1000.0)).unwrap();
         for (i, (px, py)) in corners.into_iter().enumerate() {
             let (qx, qy) = corners[(i + 1) % 3];
@@ -375,7 +375,7 @@ fn any_number_of_lines_from_1_to_1024_gives_the_area() {
         ] {
             let view = scenes::pixel_view(8, 8);
             let plan = rule.plan().unwrap();
-            let image = visible::render(&[scene.clone().into()], &view, plan, 0..8).unwrap();
+            let image = scanline::render(&[scene.clone().into()], &view, plan, 0..8).unwrap();
             let error = (area(&image, rule) - exact).abs();
             // The length of a line is straight between corners: all error is at these, an eighth of the
             // square of the lines' distance times the bends, which sum to 10.8.
@@ -519,7 +519,7 @@ fn extreme_numbers_anywhere_in_a_scene_end_in_a_picture_or_an_error() {
                 );
                 let view = View::new(&camera, Raster::new(24, 16).unwrap()).unwrap();
                 let plan = RULES[2].plan().unwrap();
-                let Ok(image) = visible::render(&[scene.into()], &view, plan, 0..16) else {
+                let Ok(image) = scanline::render(&[scene.into()], &view, plan, 0..16) else {
                     return false;
                 };
                 assert!(!has_nan(&picture(&image, RULES[2])), "{value} at byte {from}");

@@ -1,7 +1,7 @@
 //! Pixel filters against brute force: small squares weighed by formulas of the filters' authors.
 
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Filter, Framing, Rule, Weighting};
-use spandrel_engine::visible;
 use spandrel_tests::known::{self, Known, SIZE};
 use spandrel_tests::scenes;
 
@@ -109,7 +109,7 @@ fn weights_of_every_filter_sum_to_one() {
     let scene = scenes::scene("faces", scenes::random_faces(5, 25));
     for rule in [Rule::Sloped(3), Rule::Sampled(3, Weighting::Trapezoid)] {
         let plan = rule.plan().unwrap();
-        let image = visible::render(&[scene.clone().into()], &view, plan, 0..30).unwrap();
+        let image = scanline::render(&[scene.clone().into()], &view, plan, 0..30).unwrap();
         for filter in FILTERS {
             for scale in [0.3, 1.0, 2.7] {
                 let framing = Framing::scaled(view.raster(), glam::DVec2::splat(scale)).unwrap();

@@ -1,10 +1,10 @@
 //! Known answers: areas against closed forms, for every rule.
 
 use glam::DVec3;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::{Face, Mesh, Scene, Seal};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::visible;
 use spandrel_tests::known::{self, Known};
 use spandrel_tests::scenes;
 use std::collections::BTreeSet;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 fn image(scene: &Arc<Scene>, rule: Rule, width: u32, height: u32) -> SpanImage {
     let view = scenes::pixel_view(width, height);
     let scenes = &[scene.clone().into()];
-    visible::render(scenes, &view, rule.plan().unwrap(), 0..height).unwrap()
+    scanline::render(scenes, &view, rule.plan().unwrap(), 0..height).unwrap()
 }
 
 /// The area of every face in pixels, by ordinal; the background's last.
@@ -98,7 +98,7 @@ fn coverage_sums_to_one_in_every_pixel() {
         let view = scenes::front_view(31, 19);
         for rule in [Rule::Sampled(3, Weighting::Trapezoid), Rule::Sloped(2), Rule::Sloped(5)] {
             let plan = rule.plan().unwrap();
-            let image = visible::render(&[scene.clone().into()], &view, plan, 0..19).unwrap();
+            let image = scanline::render(&[scene.clone().into()], &view, plan, 0..19).unwrap();
             for row in known::covers(&image, rule, &Framing::whole(image.view().raster())) {
                 let mut sums = vec![0.0f64; 31];
                 for cover in row {
@@ -214,7 +214,7 @@ fn a_seal_has_its_faces_plane_bit_for_bit() {
     let scene = scenes::scene("seal", mesh);
     let plan = Rule::Sloped(4).plan().unwrap();
     let view = scenes::front_view(40, 30);
-    let table = visible::setup::face_table(&scene.into(), &view, plan).unwrap();
+    let table = scanline::setup::face_table(&scene.into(), &view, plan).unwrap();
     let [face, seal] = table.faces() else { panic!("{} entries", table.faces().len()) };
     assert_eq!(face.plane, seal.plane);
     assert!(seal.rank > face.rank);
@@ -230,6 +230,20 @@ fn drawn_edges_have_their_width_at_any_depth() {
     let found = areas(&scene, Rule::Sloped(64), 20, 20);
     // Half a pixel inside and outside: from 11 x 11 to 13 x 13.
     close(&found, &[121.0, 169.0 - 121.0]);
+}
+
+#[test]
+fn edges_are_drawn_of_faces_that_no_line_meets() {
+    // A sliver between two lines, and a square beside the picture: what is drawn around them reaches into it.
+    let drawn = |corners: &[(f64, f64)]| {
+        let mut mesh = Mesh::default();
+        let outline = add(&mut mesh, corners, -5.0);
+        let edge = Some(spandrel_engine::scene::EdgeStyle { width: 4.0, ..Default::default() });
+        mesh.add_face(Face { outline, edge, ..Face::default() }).unwrap();
+        areas(&scenes::scene("edges", mesh), Rule::Sloped(64), 20, 20)
+    };
+    close(&drawn(&rectangle(4.0, 8.0, 10.0, 1e-3)), &[14.0 * 4.0]);
+    close(&drawn(&rectangle(21.0, 5.0, 6.0, 6.0)), &[10.0]);
 }
 
 /// All shapes at an offset.

@@ -2,10 +2,11 @@
 
 use glam::DVec2;
 use proptest::prelude::*;
-use spandrel_engine::raster::{LinePlan, Phase};
+use spandrel_engine::camera::{Camera, View};
+use spandrel_engine::raster::{LinePlan, Phase, Raster};
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Cover, Framing, Rule, Vertical, Weighting, resolve};
 use spandrel_engine::span::{DepthRange, FaceId, Keep, SpanImage, line};
-use spandrel_engine::visible;
 use spandrel_tests::known::covers;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes;
@@ -20,11 +21,14 @@ proptest! {
 
     /// Tiles and plain merging line by line find the same spans and layers, bit for bit.
     #[test]
-    fn both_ways_to_solve_visibility_agree(seed in 0u64..1 << 40, count in 1usize..60) {
-        let view = scenes::front_view(61, 23);
+    fn both_ways_to_solve_visibility_agree(
+        seed in 0u64..1 << 40, count in 1usize..60, left in 0.0..0.4, below in 0.0..0.4, right in 0.6..1.0, top in 0.6..1.0
+    ) {
+        let camera = Camera { viewport: [left, below, right, top], ..Camera::default() };
+        let view = View::new(&camera, Raster::new(61, 23).unwrap()).unwrap();
         let scene = scenes::scene("a", scenes::random_panes(seed, count));
-        let fast = visible::render(&[scene.clone().into()], &view, plan(3), 0..23).unwrap();
-        let slow = visible::render_by_merging(&[scene.into()], &view, plan(3), 0..23).unwrap();
+        let fast = scanline::render(&[scene.clone().into()], &view, plan(3), 0..23).unwrap();
+        let slow = scanline::render_by_merging(&[scene.into()], &view, plan(3), 0..23).unwrap();
         prop_assert_eq!(fast.lines(), slow.lines());
         prop_assert_eq!(fast.layers(), slow.layers());
     }
@@ -36,12 +40,12 @@ proptest! {
         let clusters: Vec<_> = (0..4)
             .map(|i| scenes::scene(&format!("cluster {i}"), scenes::random_panes(seed + i, count)))
             .collect();
-        let together: Vec<visible::Cluster> = clusters.iter().cloned().map(Into::into).collect();
-        let together = visible::render(&together, &view, plan(2), 0..17).unwrap();
+        let together: Vec<scanline::Cluster> = clusters.iter().cloned().map(Into::into).collect();
+        let together = scanline::render(&together, &view, plan(2), 0..17).unwrap();
         let apart: Vec<SpanImage> = clusters
             .iter()
             .rev()
-            .map(|scene| visible::render(&[scene.clone().into()], &view, plan(2), 0..17).unwrap())
+            .map(|scene| scanline::render(&[scene.clone().into()], &view, plan(2), 0..17).unwrap())
             .collect();
         let merged = SpanImage::merge(&apart).unwrap();
         prop_assert!(merged == together);
@@ -60,7 +64,7 @@ const RULES: [Rule; 6] = [
 fn render(seed: u64, rule: Rule) -> SpanImage {
     let view = scenes::front_view(40, 30);
     let scene = scenes::scene("faces", scenes::random_faces(seed, 25));
-    visible::render(&[scene.into()], &view, rule.plan().unwrap(), 0..30).unwrap()
+    scanline::render(&[scene.into()], &view, rule.plan().unwrap(), 0..30).unwrap()
 }
 
 /// The area that each face covers in a picture, in pixels.
@@ -154,7 +158,7 @@ fn a_flat_face_stays_flat_at_every_scale() {
     let view = scenes::front_view(40, 30);
     for rule in RULES {
         let plan = rule.plan().unwrap();
-        let image = visible::render(&[scene.clone().into()], &view, plan, 0..30).unwrap();
+        let image = scanline::render(&[scene.clone().into()], &view, plan, 0..30).unwrap();
         for vertical in [Vertical::Whole, Vertical::Fractions] {
             for scale in [0.1, 0.8, 1.2, 2.5, 7.0] {
                 let framing = Framing {
@@ -195,7 +199,7 @@ fn rules_converge_at_their_order() {
     let view = scenes::pixel_view(40, 30);
     let alpha = |rule: Rule| {
         let image =
-            visible::render(&[scene.clone().into()], &view, rule.plan().unwrap(), 0..30).unwrap();
+            scanline::render(&[scene.clone().into()], &view, rule.plan().unwrap(), 0..30).unwrap();
         let framing = Framing::whole(view.raster());
         let picture = resolve(&image, rule, &framing, &BTreeSet::from([Channel::Color])).unwrap();
         picture.float("A").unwrap().to_vec()
@@ -223,7 +227,7 @@ fn slopes_pay_where_edges_are_long() {
     let town = spandrel_tests::town::clusters(600, 1);
     let picture = |rule: Rule| {
         let cluster = town[0].clone().into();
-        let image = visible::render(&[cluster], &view, rule.plan().unwrap(), 0..120).unwrap();
+        let image = scanline::render(&[cluster], &view, rule.plan().unwrap(), 0..120).unwrap();
         let channels = BTreeSet::from([Channel::Color]);
         resolve(&image, rule, &Framing::whole(view.raster()), &channels).unwrap()
     };
@@ -299,7 +303,7 @@ fn slivers_are_nearer_to_the_truth_with_slopes() {
         let view = scenes::pixel_view(32, 24);
         let alpha = |rule: Rule| {
             let plan = rule.plan().unwrap();
-            let image = visible::render(&[scene.clone().into()], &view, plan, 0..24).unwrap();
+            let image = scanline::render(&[scene.clone().into()], &view, plan, 0..24).unwrap();
             let framing = Framing::whole(view.raster());
             let channels = BTreeSet::from([Channel::Color]);
             resolve(&image, rule, &framing, &channels).unwrap().float("A").unwrap().to_vec()
@@ -331,8 +335,8 @@ fn a_declared_priority_decides_what_is_meant_to_coincide() {
         let distance = if view.is_parallel() { 1000.0 } else { 10.0 };
         let step = distance / f64::from(1 << 24);
         let render = |scene: &std::sync::Arc<spandrel_engine::scene::Scene>, priority| {
-            let cluster = visible::Cluster { priority, ..scene.clone().into() };
-            visible::render(&[cluster], &view, plan(2), 0..15).unwrap()
+            let cluster = scanline::Cluster { priority, ..scene.clone().into() };
+            scanline::render(&[cluster], &view, plan(2), 0..15).unwrap()
         };
         // By label, the share of the picture that each of two images shows of their merge.
         let seen = |a: &SpanImage, b: &SpanImage| {
@@ -393,7 +397,7 @@ fn merging_is_associative_commutative_and_idempotent() {
             // Shared faces among the clusters: many coincide.
             let scene =
                 scenes::scene(&format!("cluster {i}"), scenes::random_panes(seed * 3 + i / 2, 12));
-            visible::render(&[scene.into()], &view, plan, 0..11).unwrap()
+            scanline::render(&[scene.into()], &view, plan, 0..11).unwrap()
         };
         let [a, b, c] = [cluster(0), cluster(1), cluster(2)];
         // What was cut, held or moved before it is merged is merged as all else.

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 use spandrel_engine::image::Image;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::{Face, Mesh, Seal, Sides};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::visible;
 use spandrel_tests::scenes;
 use std::collections::BTreeSet;
 
@@ -35,7 +35,7 @@ fn rectangle(mesh: &mut Mesh, x: (f64, f64), y: (f64, f64), z: f64, front: Optio
 
 fn image(mesh: Mesh, rule: Rule) -> SpanImage {
     let clusters = &[scenes::scene("panes", mesh).into()];
-    visible::render(clusters, &scenes::pixel_view(20, 20), rule.plan().unwrap(), 0..20).unwrap()
+    scanline::render(clusters, &scenes::pixel_view(20, 20), rule.plan().unwrap(), 0..20).unwrap()
 }
 
 fn picture(image: &SpanImage, rule: Rule) -> Image {

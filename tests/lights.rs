@@ -16,10 +16,10 @@ use spandrel_engine::light::polygon::{Polygon, Surface};
 use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Light, Receiver};
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline::render;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{Document, Mesh, Object, Plan, Scene, Shape};
 use spandrel_engine::shade::Illuminate;
-use spandrel_engine::visible::render;
 use spandrel_tests::lights::{close, illuminate};
 use spandrel_tests::random::Random;
 

@@ -1,7 +1,6 @@
 //! Light from pictures of everything around: painted skies against the skies themselves, and real ones.
 
 use glam::{DVec2, DVec3, dvec3 as v};
-use spandrel_engine::backdrop::{self, Show, Stand};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::error::Error;
@@ -15,6 +14,7 @@ use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Lamp, Light, Receiver};
 use spandrel_engine::math;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::background::{self, Show, Stand};
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::shade::Stream;
 use spandrel_engine::span::SpanImage;
@@ -139,7 +139,7 @@ fn the_disc_of_the_sun_is_as_bright_as_its_light() {
         let stand = Stand { label, key, strength: Color::WHITE, distance: None };
         let rule = Rule::Sloped(2);
         let show = Show::Sky(seen.clone());
-        let image = backdrop::image(show, stand, &view, rule.plan().unwrap(), 0..pixels).unwrap();
+        let image = background::image(show, stand, &view, rule.plan().unwrap(), 0..pixels).unwrap();
         let framing = Framing::scaled(view.raster(), DVec2::ONE).unwrap();
         let picture = resolve(&image, rule, &framing, &BTreeSet::from([Channel::Color])).unwrap();
         let picture = picture.float("R").unwrap().to_vec();
@@ -175,9 +175,9 @@ fn what_stands_behind_lights_as_it_is_seen() {
     let stand = Stand { label: "sky".to_owned(), key, strength: Color::WHITE, distance: None };
     let plan = Rule::Sloped(1).plan().unwrap();
     let show = Show::Sky(SeenSky { sky: lamp, suns: vec![], white: 800.0 });
-    let image = backdrop::image(show, stand, &view, plan, 0..1).unwrap();
+    let image = background::image(show, stand, &view, plan, 0..1).unwrap();
     let lux_of = |image: &SpanImage, normal: DVec3| {
-        let (light, open) = Panorama::of(&backdrop::panorama(image, 256).unwrap(), 0.0).unwrap();
+        let (light, open) = Panorama::of(&background::panorama(image, 256).unwrap(), 0.0).unwrap();
         lux(&light, normal)[1] * open * 800.0 / PI
     };
     for normal in [v(0.0, 1.0, 0.0), v(1.0, 0.0, 0.0), v(0.0, 0.0, -1.0), v(-0.3, -1.0, 0.2)] {
@@ -191,7 +191,7 @@ fn what_stands_behind_lights_as_it_is_seen() {
     close(lux_of(&dimmed, west), 500.0 * lux(&sky, west)[1], 0.006);
     // A program knows its place in the panorama.
     let places = Stream::new("color = [x, y, 0];", BTreeMap::new(), BTreeMap::new()).unwrap();
-    let places = backdrop::panorama(&image.shaded(Arc::new(places)).unwrap(), 16).unwrap();
+    let places = background::panorama(&image.shaded(Arc::new(places)).unwrap(), 16).unwrap();
     let [red, green, ..] = places.rgba(31, 15);
     close(f64::from(red), 31.5 / 32.0, 1e-5);
     close(f64::from(green), 15.5 / 16.0, 1e-5);
@@ -205,25 +205,25 @@ fn what_stands_behind_lights_as_it_is_seen() {
             distance,
         };
         let show = Show::Gradient(vec![(0.0, Color::WHITE)]);
-        backdrop::image(show, stand, &view, plan, 0..1).unwrap()
+        background::image(show, stand, &view, plan, 0..1).unwrap()
     };
     let veil = Stream::new("alpha = 0.5;", BTreeMap::new(), BTreeMap::new()).unwrap();
     let veil = flat("a veil", 1.0, Some(1e8)).shaded(Arc::new(veil)).unwrap();
     for order in [[veil.clone(), flat("sky", 0.2, None)], [flat("sky", 0.2, None), veil]] {
         let [seen, ..] =
-            backdrop::panorama(&SpanImage::merge(&order).unwrap(), 8).unwrap().rgba(3, 3);
+            background::panorama(&SpanImage::merge(&order).unwrap(), 8).unwrap().rgba(3, 3);
         close(f64::from(seen), 0.5 + 0.5 * 0.2, 1e-6);
     }
     let framing = Framing::whole(view.raster());
     for (a, b) in [(0.25, 0.5), (0.5, 0.25), (0.75, 0.3), (0.1, 0.9)] {
         let both = SpanImage::merge(&[flat("b", a, None), flat("b", b, None)]).unwrap();
         let picture = resolve(&both, Rule::Sloped(1), &framing, &BTreeSet::from([Channel::Color]));
-        let (shown, round) = (picture.unwrap().rgba(0, 0), backdrop::panorama(&both, 8).unwrap());
+        let (shown, round) = (picture.unwrap().rgba(0, 0), background::panorama(&both, 8).unwrap());
         assert_eq!(shown[0], round.rgba(3, 3)[0], "{a} {b}");
     }
     // Without anything behind it there is none.
     let empty = SpanImage::empty(view.clone(), plan, 0..1);
-    let error = backdrop::panorama(&empty, 16).unwrap_err();
+    let error = background::panorama(&empty, 16).unwrap_err();
     assert!(error.to_string().contains("Background"), "{error}");
 }
 

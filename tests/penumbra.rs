@@ -10,13 +10,13 @@ use spandrel_engine::light::polygon::{Polygon, Surface};
 use spandrel_engine::light::{Lamp, Light, Receiver};
 use spandrel_engine::math;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides,
 };
 use spandrel_engine::shade::{Fog, Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::visible;
 use spandrel_tests::lights::{close, illuminate, lamp, no_fog};
 use spandrel_tests::random::Random;
 use std::collections::BTreeSet;
@@ -60,7 +60,7 @@ fn floor_under(parts: &[(Vec<DVec3>, bool)], side: f64, pixels: u32) -> SpanImag
     let scenes = [floor, made("things", parts)];
     let plan = Rule::Sloped(2).plan().unwrap();
     let parts =
-        scenes.map(|scene| visible::render(&[scene.into()], &view, plan, 0..pixels).unwrap());
+        scenes.map(|scene| scanline::render(&[scene.into()], &view, plan, 0..pixels).unwrap());
     SpanImage::merge(&parts).unwrap()
 }
 

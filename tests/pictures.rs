@@ -4,7 +4,6 @@
 #![allow(clippy::disallowed_methods, reason = "what is expected may be computed by anybody's sine")]
 
 use glam::{DVec2, DVec3, dvec3 as v};
-use spandrel_engine::backdrop::{self, By, Photograph, Show, Stand};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::{Color, encode_srgb};
 use spandrel_engine::fragment::{Finish, Optics};
@@ -12,13 +11,14 @@ use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::picture::{self, Dither, Grade, Matte, Operator, Palette, Reformat, Segments};
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::background::{self, By, Photograph, Show, Stand};
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::Material;
 use spandrel_engine::shade::Trace;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture::Filter;
 use spandrel_engine::trace::Accelerator;
-use spandrel_engine::visible;
 use spandrel_tests::data;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::{front_view, painted_faces, random_faces, scene};
@@ -61,12 +61,12 @@ fn background(view: &View, rule: Rule, show: Show, distance: Option<f64>) -> Spa
         distance,
     };
     let rows = 0..view.raster().height;
-    backdrop::image(show, stand, view, rule.plan().unwrap(), rows).unwrap()
+    background::image(show, stand, view, rule.plan().unwrap(), rows).unwrap()
 }
 
 fn spans(of: &Arc<spandrel_engine::scene::Scene>, view: &View, rule: Rule) -> SpanImage {
     let rows = 0..view.raster().height;
-    visible::render(&[of.clone().into()], view, rule.plan().unwrap(), rows).unwrap()
+    scanline::render(&[of.clone().into()], view, rule.plan().unwrap(), rows).unwrap()
 }
 
 fn shown(image: &SpanImage, rule: Rule) -> Image {

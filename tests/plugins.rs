@@ -181,3 +181,47 @@ fn a_new_program_is_whole() {
     }
     assert!(!folder.join("other").exists());
 }
+
+#[test]
+fn a_renderer_that_answers_for_any_line_is_exact() {
+    let folder = scenes("discs");
+    // A unit is a pixel. One disc alone, one that a wall cuts through its middle, one that a nearer one covers in part.
+    let graph = |lines: &str, scale: u32| {
+        format!(
+            r#"Graph(nodes: {{
+                "eye": Camera(position: (0, 0, 10), parallel_height: 40),
+                "discs": Discs(camera: "eye", discs: [
+                    (centre: (-12.3, 0.4, 0), radius: 5.5, color: (1, 0, 0)),
+                    (centre: (9, 0.2, 0), radius: 6, color: (0, 1, 0)),
+                    (centre: (15, 0.2, 1), radius: 6, color: (0, 0, 1)),
+                ]),
+                "wall": Scanline(scene: "half.ron", camera: "eye"),
+                "both": DepthMerge(inputs: ["wall", "discs"]),
+                "picture": Resolve(image: "both", size: (60, 40), lines: {lines}, scale: {scale}),
+            }})"#
+        )
+    };
+    let half = r##"Scene(materials: {"m": (color: 0, unlit: true)}, plans: [(name: "p", root: (material: "m",
+        shape: Polygon(outline: [(-40, -40, 2), (-12.3, -40, 2), (-12.3, 40, 2), (-40, 40, 2)])))])"##;
+    std::fs::write(folder.join("half.ron"), half).unwrap();
+    let pi = std::f64::consts::PI;
+    // Two equal circles whose middles are a radius apart.
+    let lens = 36.0 * (2.0 * pi / 3.0 - 3f64.sqrt() / 2.0);
+    let expected = [pi * 5.5 * 5.5 / 2.0, pi * 36.0 - lens, pi * 36.0];
+    for scale in [1, 4] {
+        let error = |lines: &str| {
+            let picture = render(&graph(lines, scale), &folder, &[Channel::Color]);
+            let area = |name| {
+                let sum = picture.float(name).unwrap().iter().map(|v| f64::from(*v)).sum::<f64>();
+                sum / f64::from(scale * scale)
+            };
+            let errors = ["R", "G", "B"].map(area).into_iter().zip(expected);
+            errors.map(|(found, expected)| (found - expected).abs()).fold(0.0, f64::max)
+        };
+        let (sampled, adaptive, exact) =
+            (error("Sampled(2, Box)"), error("Adaptive(2, 0.01)"), error("Exact"));
+        println!("x{scale}: {sampled:.5} {adaptive:.5} {exact:.6}");
+        assert!(exact < 2e-3, "x{scale}: {exact}");
+        assert!(adaptive < 0.1 && exact < adaptive && adaptive < sampled, "{sampled} {adaptive}");
+    }
+}

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use spandrel_engine::raster::LinePlan;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::Rule;
 use spandrel_engine::span::{DepthRange, Keep, Probe, SpanImage, line};
-use spandrel_engine::visible;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ fn render(seed: u64, panes: bool) -> SpanImage {
     let view = scenes::front_view(40, 30);
     let mesh = if panes { scenes::random_panes(seed, 12) } else { scenes::random_faces(seed, 25) };
     let scene = scenes::scene(&format!("scene {seed}"), mesh);
-    visible::render(&[scene.into()], &view, plan(), 0..30).unwrap()
+    scanline::render(&[scene.into()], &view, plan(), 0..30).unwrap()
 }
 
 /// Probes of every line, over random windows.
@@ -85,6 +85,6 @@ fn an_image_without_a_maker_cannot_be_probed() {
     let square = vec![DVec3::ZERO, DVec3::X, DVec3::ONE];
     let scene = scenes::scene("one", scenes::polygons(&[square]));
     let plan = Rule::Sloped(3).plan().unwrap();
-    let image = visible::render(&[scene.into()], &view, plan, 0..30).unwrap();
+    let image = scanline::render(&[scene.into()], &view, plan, 0..30).unwrap();
     assert!(image.probed(&probes(&image, 1)).unwrap().is_none());
 }

@@ -4,9 +4,9 @@
 use glam::{DVec2, DVec3};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::raster::{LinePlan, Phase, Raster};
+use spandrel_engine::render::scanline;
 use spandrel_engine::scene::Mesh;
 use spandrel_engine::span::{FaceId, line};
-use spandrel_engine::visible;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes;
 
@@ -118,7 +118,7 @@ fn compare(seed: u64, camera: Camera) -> (usize, usize) {
     let scene = scenes::scene("faces", mesh);
     let view = View::new(&camera, Raster::new(64, 48).unwrap()).unwrap();
     let plan = LinePlan::new(2, Phase::Centre).unwrap();
-    let image = visible::render(&[scene.into()], &view, plan, 0..48).unwrap();
+    let image = scanline::render(&[scene.into()], &view, plan, 0..48).unwrap();
     let raster = view.raster();
     let mut random = Random::new(seed);
     let (mut asked, mut wrong) = (0, 0);

@@ -6,13 +6,13 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::image::{Image, file};
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Coverage, Framing, Rule, resolve};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::scene::{Part, Scene};
 use spandrel_engine::shade::Illuminate;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file;
-use spandrel_engine::visible;
 use spandrel_tests::data;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::program::Scratch;
@@ -70,7 +70,7 @@ fn shaded_picture(scenes: &[Arc<Scene>], name: &str, shader: Illuminate) -> Imag
     let clusters: Vec<SpanImage> = scenes
         .iter()
         .map(|scene| {
-            visible::render(&[scene.clone().into()], &view, RULE.plan().unwrap(), 0..480).unwrap()
+            scanline::render(&[scene.clone().into()], &view, RULE.plan().unwrap(), 0..480).unwrap()
         })
         .collect();
     let merged = SpanImage::merge(&clusters).unwrap().shaded(Arc::new(shader)).unwrap();
@@ -155,12 +155,13 @@ fn the_kaykit_city_merges_alike_in_any_order() {
     // All stand on one place: they coincide and cross wherever they can.
     let view = view(&scenes, 320, 240);
     let plan = Rule::Sloped(4).plan().unwrap();
-    let render =
-        |scene: &Arc<Scene>| visible::render(&[scene.clone().into()], &view, plan, 0..240).unwrap();
+    let render = |scene: &Arc<Scene>| {
+        scanline::render(&[scene.clone().into()], &view, plan, 0..240).unwrap()
+    };
     let mut images: Vec<SpanImage> = scenes.iter().map(render).collect();
     assert!(images.len() > 20, "{} models", images.len());
-    let together: Vec<visible::Cluster> = scenes.iter().cloned().map(Into::into).collect();
-    let together = visible::render(&together, &view, plan, 0..240).unwrap();
+    let together: Vec<scanline::Cluster> = scenes.iter().cloned().map(Into::into).collect();
+    let together = scanline::render(&together, &view, plan, 0..240).unwrap();
     assert!(SpanImage::merge(&images).unwrap() == together);
     let mut random = spandrel_tests::random::Random::new(1);
     for _ in 0..6 {
@@ -235,8 +236,8 @@ fn walls_of_ingolstadt_show_their_area_without_holes() {
         alone.add_face(mesh.face(face).unwrap()).unwrap();
         one.instances[0].geometry =
             Arc::new(spandrel_engine::scene::Geometry::new(&alone).unwrap());
-        let image =
-            visible::render(&[Arc::new(one).into()], &view, RULE.plan().unwrap(), 0..1200).unwrap();
+        let image = scanline::render(&[Arc::new(one).into()], &view, RULE.plan().unwrap(), 0..1200)
+            .unwrap();
         let framing = Framing::whole(view.raster());
         let mut coverage = Coverage::new(&image, RULE, &framing, None);
         let mut seen = 0.0;

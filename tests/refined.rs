@@ -7,12 +7,12 @@ use spandrel_engine::fragment::Optics;
 use spandrel_engine::image::{Image, Window};
 use spandrel_engine::light::Lamp;
 use spandrel_engine::light::point::{Beam, Point};
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Filter, Framing, Rate, Rule, Select, refine, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Illuminate, Shadows, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::Accelerator;
-use spandrel_engine::visible;
 use spandrel_tests::lights::illuminate;
 use spandrel_tests::scenes::{front_view, polygons, random_faces, random_panes, scene};
 use std::collections::{BTreeMap, BTreeSet};
@@ -35,7 +35,7 @@ fn image() -> SpanImage {
     }
     let view = front_view(90, 60);
     let plan = RULE.plan().unwrap();
-    let parts = scenes.map(|scene| visible::render(&[scene.into()], &view, plan, 0..60).unwrap());
+    let parts = scenes.map(|scene| scanline::render(&[scene.into()], &view, plan, 0..60).unwrap());
     SpanImage::merge(&parts).unwrap()
 }
 
@@ -215,7 +215,7 @@ fn faces_shaded_more_often_are_nearer_to_the_truth() {
         let view = front_view(40 * factor, 30 * factor);
         let plan = RULE.plan().unwrap();
         let floor = scene("floor", polygons(&quads));
-        let image = visible::render(&[floor.into()], &view, plan, 0..30 * factor).unwrap();
+        let image = scanline::render(&[floor.into()], &view, plan, 0..30 * factor).unwrap();
         let image = image.shaded(Arc::new(light.clone())).unwrap();
         let framing = Framing { shading, ..framing(&image) };
         let color = BTreeSet::from([Channel::Color]);

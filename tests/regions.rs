@@ -10,12 +10,12 @@ use spandrel_engine::key::Key;
 use spandrel_engine::light::polygon::{Polygon, Surface};
 use spandrel_engine::light::{Light, Receiver};
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::{Document, Face, Material, Mesh, Object, Plan, Scene, Seal, Shape};
 use spandrel_engine::shade::{Illuminate, Shadows, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::Accelerator;
-use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::random::Random;
 use std::collections::BTreeSet;
@@ -136,7 +136,7 @@ fn view(height: f64, scale: f64) -> View {
 fn spans(scenes: &[Arc<Scene>], view: &View) -> SpanImage {
     let plan = RULE.plan().unwrap();
     let one = |scene: &Arc<Scene>| {
-        visible::render(&[scene.clone().into()], view, plan, 0..PIXELS).unwrap()
+        scanline::render(&[scene.clone().into()], view, plan, 0..PIXELS).unwrap()
     };
     SpanImage::merge(&scenes.iter().map(one).collect::<Vec<_>>()).unwrap()
 }

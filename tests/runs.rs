@@ -4,15 +4,19 @@ use spandrel_engine::Error;
 use spandrel_engine::cache::Cache;
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
-use spandrel_engine::graph::evaluate::{Outcome, Progress};
-use spandrel_engine::graph::{Graph, Plan, Run};
+use spandrel_engine::graph::evaluate::{Outcome, Progress, Report};
+use spandrel_engine::graph::value::Demand;
+use spandrel_engine::graph::{Graph, Inputs, Link, Node, Plan, Run, Upstream, Value};
 use spandrel_engine::image::Image;
+use spandrel_engine::key::Key;
 use spandrel_engine::resolve::Channel;
 use spandrel_engine::values::{Override, Picture};
 use spandrel_engine::watch::Watch;
 use spandrel_tests::program::Scratch;
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 /// A scene of many faces, and a graph of pictures of it.
 fn graph(name: &str, nodes: &str) -> (Scratch, Graph) {
@@ -139,4 +143,177 @@ fn work_tells_how_far_it_is() {
         let share = shares.iter().find(|(name, _)| name == node).and_then(|(_, share)| *share);
         assert_eq!(share, Some(1.0), "{node}: {shares:?}");
     }
+}
+
+/// Numbers that serve only who asks for them.
+struct Number(u32);
+
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+struct Which(u32);
+
+impl Demand for Which {
+    fn cover(&mut self, other: &Which) -> bool {
+        self == other
+    }
+}
+
+impl Value for Number {
+    type Demand = Which;
+    const NAME: &'static str = "Number";
+
+    fn bytes(&self) -> usize {
+        4
+    }
+}
+
+/// Gives the number that is asked for.
+#[derive(Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default)]
+struct Counter {}
+
+impl Node for Counter {
+    type Output = Number;
+    const KIND: &'static str = "Counter";
+    const GROUP: &'static str = "test";
+
+    fn demand(&self, _: &Which, _: &mut Upstream<'_>) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn evaluate(&self, wanted: &Which, _: &Inputs<'_>) -> Result<Number, Error> {
+        Ok(Number(wanted.0))
+    }
+}
+
+/// Asks two links for numbers, one of them several times; writes them one after the other.
+#[derive(Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default)]
+struct Digits {
+    first: Link<Number>,
+    rest: Link<Number>,
+}
+
+impl Node for Digits {
+    type Output = Number;
+    const KIND: &'static str = "Digits";
+    const GROUP: &'static str = "test";
+
+    fn demand(&self, _: &Which, upstream: &mut Upstream<'_>) -> Result<(), Error> {
+        upstream.ask(&self.first, Which(7));
+        [3, 1, 3, 2].into_iter().for_each(|number| upstream.ask(&self.rest, Which(number)));
+        Ok(())
+    }
+
+    fn evaluate(&self, _: &Which, inputs: &Inputs<'_>) -> Result<Number, Error> {
+        let rest = inputs.each(&self.rest);
+        Ok(Number(rest.fold(inputs.get(&self.first).0, |all, digit| 10 * all + digit.0)))
+    }
+}
+
+#[test]
+fn a_link_gives_what_it_was_asked_for_whoever_else_asks_the_same_node() {
+    let mut registry = spandrel::library();
+    registry.register::<Counter>().register::<Digits>();
+    for other in ["a", "b"] {
+        let text = format!(
+            "Graph(nodes: {{\"a\": Counter(), \"b\": Counter(), \"it\": Digits(first: \"a\", rest: \"{other}\")}})"
+        );
+        let document = Document::parse(&text).unwrap();
+        let graph = Graph::check(&document, &registry, Path::new("")).ok().unwrap();
+        let mut wishes = Wishes::new();
+        wishes.want::<Number>("it", Which(0));
+        let plan = Plan::new(&graph, &wishes).unwrap();
+        let made = Run::new().evaluate(&graph, &plan, &()).unwrap();
+        assert_eq!(made.value::<Number>(0).0, 73132, "{other}");
+    }
+}
+
+/// Waits, and gives a number that is known by its contents.
+#[derive(Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default)]
+struct Waits {
+    milliseconds: u64,
+}
+
+/// A number that is known by its contents.
+struct Content;
+
+impl Value for Content {
+    type Demand = ();
+    const NAME: &'static str = "Content";
+
+    fn key(&self) -> Option<Key> {
+        Some(Key::of("content"))
+    }
+
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+impl Node for Waits {
+    type Output = Content;
+    const KIND: &'static str = "Waits";
+    const GROUP: &'static str = "test";
+
+    fn demand(&self, (): &(), _: &mut Upstream<'_>) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn evaluate(&self, (): &(), _: &Inputs<'_>) -> Result<Content, Error> {
+        std::thread::sleep(Duration::from_millis(self.milliseconds));
+        Ok(Content)
+    }
+}
+
+/// Takes a value.
+#[derive(Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[serde(default)]
+struct Takes {
+    from: Link<Content>,
+}
+
+impl Node for Takes {
+    type Output = Number;
+    const KIND: &'static str = "Takes";
+    const GROUP: &'static str = "test";
+
+    fn demand(&self, _: &Which, upstream: &mut Upstream<'_>) -> Result<(), Error> {
+        upstream.ask(&self.from, ());
+        Ok(())
+    }
+
+    fn evaluate(&self, wanted: &Which, _: &Inputs<'_>) -> Result<Number, Error> {
+        Ok(Number(wanted.0))
+    }
+}
+
+/// Takes its time to tell that a node has ended.
+struct Slow;
+
+impl Progress for Slow {
+    fn finished(&self, report: &Report) {
+        if report.node == "first" {
+            std::thread::sleep(Duration::from_millis(300));
+        }
+    }
+}
+
+#[test]
+fn an_equal_node_that_comes_while_the_first_ends_finds_its_value() {
+    let mut registry = spandrel::library();
+    registry.register::<Waits>().register::<Takes>();
+    // The inputs are alike; the second is there while the end of "first" is being told.
+    let text = "Graph(nodes: {\"soon\": Waits(), \"late\": Waits(milliseconds: 100),
+        \"first\": Takes(from: \"soon\"), \"second\": Takes(from: \"late\")})";
+    let document = Document::parse(text).unwrap();
+    let graph = Graph::check(&document, &registry, Path::new("")).ok().unwrap();
+    let mut wishes = Wishes::new();
+    wishes.want::<Number>("first", Which(5)).want::<Number>("second", Which(5));
+    let plan = Plan::new(&graph, &wishes).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    let made = pool.install(|| Run::new().evaluate(&graph, &plan, &Slow)).unwrap();
+    assert_eq!([0, 1].map(|wish| made.value::<Number>(wish).0), [5, 5]);
+    let evaluated = made.reports.iter().filter(|report| report.outcome == Outcome::Evaluated);
+    assert_eq!(evaluated.count(), 3, "two that wait, and one that takes");
 }

@@ -9,6 +9,7 @@ use spandrel_engine::light::polygon::{Polygon, Surface};
 use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Lamp, point};
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Transform,
@@ -16,7 +17,6 @@ use spandrel_engine::scene::{
 use spandrel_engine::shade::{Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::{Candidates, Reductions};
-use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, lamp, sun};
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::polygons;
@@ -70,7 +70,7 @@ pub(crate) fn spans(scenes: &[Arc<Scene>], view: &View, n: u32) -> SpanImage {
     let rows = 0..view.raster().height;
     let images: Vec<SpanImage> = scenes
         .iter()
-        .map(|scene| visible::render(&[scene.clone().into()], view, plan, rows.clone()).unwrap())
+        .map(|scene| scanline::render(&[scene.clone().into()], view, plan, rows.clone()).unwrap())
         .collect();
     SpanImage::merge(&images).unwrap()
 }

@@ -3,13 +3,13 @@
 
 use spandrel_engine::color::Color;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline::render;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::shade::{Fog, Illuminate, Shadows, Trace};
 use spandrel_engine::span::{Keep, SpanImage, Stage};
 use spandrel_engine::span_file::{self, Options, Scenes, SpanFile};
 use spandrel_engine::trace::Accelerator;
-use spandrel_engine::visible::render;
 use spandrel_tests::lights::no_fog;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::program::Scratch;

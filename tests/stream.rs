@@ -8,12 +8,12 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::{Color, Kind};
 use spandrel_engine::image::Image;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Recolor, Stream};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::stream::{Parameter, Program, Variable};
-use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::{front_view, polygons, random_faces, scene};
@@ -269,7 +269,7 @@ fn one_object_is_graded_by_name_without_a_fringe() {
     );
     let view = front_view(120, 80);
     let spans = |scene: &Arc<Scene>| {
-        visible::render(&[scene.clone().into()], &view, RULE.plan().unwrap(), 0..80).unwrap()
+        scanline::render(&[scene.clone().into()], &view, RULE.plan().unwrap(), 0..80).unwrap()
     };
     let light = || {
         Arc::new(illuminate(
@@ -310,7 +310,7 @@ fn places_are_those_of_the_picture_and_layers_go_on_summing() {
     let camera =
         Camera { position: v(0.0, 1.0, 5.0), look_at: v(0.0, -1.0, 0.0), ..Camera::default() };
     let view = View::new(&camera, Raster::new(80, 60).unwrap()).unwrap();
-    let image = visible::render(&[scene.into()], &view, RULE.plan().unwrap(), 0..60).unwrap();
+    let image = scanline::render(&[scene.into()], &view, RULE.plan().unwrap(), 0..60).unwrap();
     let unlit = streamed(&image, "P / 10 + 0.5");
     let picture = shown(&unlit, &[Channel::Color, Channel::P]);
     let value = |name: &str, at: usize| picture.float(name).unwrap()[at];
@@ -354,7 +354,7 @@ fn channels_go_from_program_to_program_and_into_the_picture() {
     let view = front_view(120, 80);
     let spans = |label: &str, seed: u64| {
         let scene = named(label, &scene("", random_faces(seed, 20)));
-        visible::render(&[scene.into()], &view, RULE.plan().unwrap(), 0..80).unwrap()
+        scanline::render(&[scene.into()], &view, RULE.plan().unwrap(), 0..80).unwrap()
     };
     let both = SpanImage::merge(&[spans("town", 3), spans("trees", 4)]).unwrap();
     let made =
@@ -396,7 +396,7 @@ fn coverage_is_the_share_of_the_pixel_and_objects_have_numbers() {
     let view = front_view(60, 40);
     let triangle = vec![v(-3.1, -1.7, 0.0), v(2.9, -1.1, 0.0), v(0.3, 2.3, 0.0)];
     let scene = named("one", &scene("", polygons(&[triangle])));
-    let image = visible::render(&[scene.into()], &view, RULE.plan().unwrap(), 0..40).unwrap();
+    let image = scanline::render(&[scene.into()], &view, RULE.plan().unwrap(), 0..40).unwrap();
     let picture =
         shown(&streamed(&image, "color = [coverage, object, 1];"), &[Channel::Color, Channel::Id]);
     let value = |name: &str| picture.float(name).unwrap();
@@ -415,7 +415,7 @@ fn coverage_is_the_share_of_the_pixel_and_objects_have_numbers() {
 #[test]
 fn programs_are_kept_with_their_spans() {
     let image = streamed(
-        &visible::render(
+        &scanline::render(
             &[scene("", random_faces(3, 20)).into()],
             &front_view(40, 30),
             RULE.plan().unwrap(),

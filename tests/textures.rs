@@ -11,6 +11,7 @@ use spandrel_engine::image::texels::Texels;
 use spandrel_engine::image::{Coded, Codes, Coding, Image, Layout, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{AlphaMode, Map, Material, Picture, Scene, read};
 use spandrel_engine::shade::{Illuminate, Shadows, Trace};
@@ -19,7 +20,6 @@ use spandrel_engine::texture::{
     By, Filter, Footprint, Mapping, Meaning, Report, Source, Store, Wrap,
 };
 use spandrel_engine::trace::Accelerator;
-use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::scenes::painted_faces;
 use std::collections::BTreeSet;
@@ -72,7 +72,7 @@ pub(crate) fn made(parts: &[([DVec3; 4], Material)]) -> Arc<Scene> {
 }
 
 pub(crate) fn spans(scene: Arc<Scene>, view: &View) -> SpanImage {
-    visible::render(&[scene.into()], view, RULE.plan().unwrap(), 0..view.raster().height).unwrap()
+    scanline::render(&[scene.into()], view, RULE.plan().unwrap(), 0..view.raster().height).unwrap()
 }
 
 pub(crate) fn shown(

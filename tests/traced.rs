@@ -10,6 +10,7 @@ use spandrel_engine::fragment::{Finish, Optics};
 use spandrel_engine::image::Image;
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Seal, Shape, Sides,
@@ -19,7 +20,6 @@ use spandrel_engine::shade::{
 };
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::{Accelerator, Voxels};
-use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, no_fog, sun};
 use spandrel_tests::random::Random;
 use std::collections::BTreeSet;
@@ -101,7 +101,7 @@ fn trace() -> Trace {
 fn spans(scenes: &[Arc<Scene>], view: &View) -> SpanImage {
     let (plan, rows) = (Rule::Sloped(4).plan().unwrap(), 0..view.raster().height);
     let one = |scene: &Arc<Scene>| {
-        visible::render(&[scene.clone().into()], view, plan, rows.clone()).unwrap()
+        scanline::render(&[scene.clone().into()], view, plan, rows.clone()).unwrap()
     };
     SpanImage::merge(&scenes.iter().map(one).collect::<Vec<_>>()).unwrap()
 }

@@ -35,8 +35,6 @@
 //! and radians in code. Depth is `rho = 1 / distance` along the view axis, or `-distance` for parallel
 //! cameras: larger is nearer, and affine on the screen.
 
-pub mod backdrop;
-pub mod billboard;
 pub mod cache;
 pub mod camera;
 pub mod color;
@@ -55,6 +53,7 @@ pub mod picture;
 pub mod plugin;
 pub mod polygon;
 pub mod raster;
+pub mod render;
 pub mod resolve;
 pub mod scene;
 pub mod shade;

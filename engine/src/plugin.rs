@@ -10,7 +10,8 @@
 //! | an image node | a [`Node`] | an [`Image`] | `tests/plugin/src/vignette.rs` |
 //! | a shader | a [`Node`] that puts a [`Shader`] on the stacks of an image, by [`SpanImage::shaded`] | a [`SpanImage`] | `tests/plugin/src/contours.rs` |
 //! | a span node | a [`Node`] that merges, cuts, moves ([`SpanImage`] has the operations) | a [`SpanImage`] | `nodes/src/span/holdout.rs` |
-//! | a renderer | a [`Node`] that fills a [`SpanWriter`], and [`Surfaces`] that know its colours and normals | a [`SpanImage`] | `tests/plugin/src/spheres.rs` |
+//! | a renderer | a [`Node`] that declares faces to a [`SpanWriter`] and has a [`LineRenderer`] find them on lines, and [`Surfaces`] that know their colours and normals | a [`SpanImage`] | `tests/plugin/src/discs.rs` |
+//! | a renderer that knows but some lines | the same, with the segments written to the [`SpanWriter`]; nothing divides its pixels | a [`SpanImage`] | `tests/plugin/src/spheres.rs` |
 //! | a light | a [`Node`] that makes [`Lamps`] of a [`Light`] | [`Lamps`] | `tests/plugin/src/falloff.rs` |
 //! | a reader of scenes | a [`Node`] that reads a file by [`read_bytes`] and builds a [`Document`] | a [`Scene`] | `tests/plugin/src/blocks.rs` |
 //!
@@ -89,7 +90,7 @@ pub use crate::open::{bytes as read_bytes, text as read_text};
 pub use crate::raster::{LinePlan, Raster};
 pub use crate::resolve::Channel;
 pub use crate::scene::{Document, Material, Mesh, Object, Plan, Scene, Shape, Step, Transform};
-pub use crate::span::{FaceHead, Role, SpanImage, SpanWriter};
+pub use crate::span::{Candidates, FaceHead, FaceId, LineRenderer, Role, SpanImage, SpanWriter};
 pub use crate::trace::Toward;
 pub use crate::values::{Delivery, Lamps, Lines, Override, Picture};
 pub use crate::watch::Watch;

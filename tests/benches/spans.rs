@@ -5,10 +5,10 @@
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use spandrel_engine::raster::{LinePlan, Phase};
+use spandrel_engine::render::scanline::{self, Cluster};
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::span::{Layers, Lines, SpanImage};
 use spandrel_engine::span_file::{self, Options, SpanFile};
-use spandrel_engine::visible::{self, Cluster};
 use spandrel_tests::town;
 use std::collections::BTreeSet;
 use std::hint::black_box;
@@ -32,7 +32,7 @@ fn set_up(criterion: &mut Criterion) {
     for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
         let town = clusters(triangles, 1);
         group.bench_function(BenchmarkId::new(name, 8), |bencher| {
-            bencher.iter(|| visible::setup::face_table(black_box(&town[0]), &view, plan(8)));
+            bencher.iter(|| scanline::setup::face_table(black_box(&town[0]), &view, plan(8)));
         });
     }
     group.finish();
@@ -46,7 +46,7 @@ fn files(criterion: &mut Criterion) {
     group.sample_size(10);
     for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
         let render = |cluster: &Cluster| {
-            visible::render(std::slice::from_ref(cluster), &view, plan(8), 0..1080)
+            scanline::render(std::slice::from_ref(cluster), &view, plan(8), 0..1080)
                 .expect("generated towns render")
         };
         let images: Vec<SpanImage> = clusters(triangles, 4).iter().map(render).collect();
@@ -83,7 +83,7 @@ fn scanline(criterion: &mut Criterion) {
         let town = clusters(triangles, 1);
         for n in LINES {
             group.bench_function(BenchmarkId::new(name, n), |bencher| {
-                bencher.iter(|| visible::render(black_box(&town), &view, plan(n), 0..1080));
+                bencher.iter(|| scanline::render(black_box(&town), &view, plan(n), 0..1080));
             });
         }
     }
@@ -99,7 +99,7 @@ fn merge(criterion: &mut Criterion) {
         let town = clusters(triangles, 4);
         for n in LINES {
             let render = |cluster: &Cluster| {
-                visible::render(std::slice::from_ref(cluster), &view, plan(n), 0..1080)
+                scanline::render(std::slice::from_ref(cluster), &view, plan(n), 0..1080)
                     .expect("generated towns render")
             };
             let images: Vec<SpanImage> = town.iter().map(render).collect();
@@ -130,7 +130,7 @@ fn resolving(criterion: &mut Criterion) {
     for (name, triangles) in [("10k", 10_000), ("100k", 100_000), ("1M", 1_000_000)] {
         let town = clusters(triangles, 1);
         for n in LINES {
-            let image = visible::render(&town, &view, plan(n), 0..1080).expect("towns render");
+            let image = scanline::render(&town, &view, plan(n), 0..1080).expect("towns render");
             for (label, rule) in
                 [("box", Rule::Sampled(n, Weighting::Box)), ("sloped", Rule::Sloped(n))]
             {

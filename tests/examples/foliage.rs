@@ -2,17 +2,17 @@
 //! `cargo run --release -p spandrel-tests --example foliage`.
 
 use glam::{DVec2, DVec3, dvec3 as v};
-use spandrel_engine::billboard::{self, Stand, Subject, Tree};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::graph::Value;
 use spandrel_engine::image::Image;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::billboards::{self, Stand, Subject, Tree};
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::shade::{Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture::store;
-use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::tree::{grow, kinds};
 use std::collections::BTreeSet;
@@ -50,7 +50,7 @@ fn main() {
     };
     let leaves = |pixels: u32| {
         let plan = RULE.plan().expect("a plan");
-        visible::render(&[scene.clone().into()], &view(pixels), plan, 0..pixels).expect("leaves")
+        scanline::render(&[scene.clone().into()], &view(pixels), plan, 0..pixels).expect("leaves")
     };
     let photograph = Arc::new(shown(&leaves(768).shaded(light()).expect("light")));
     println!(
@@ -71,7 +71,7 @@ fn main() {
             Tree { picture: 0, foot: v(0.0, low.y, 0.0), height: high.y - low.y, mirrored: false };
         let plan = RULE.plan().expect("a plan");
         let card =
-            billboard::image(vec![subject], vec![tree], stand, &view(pixels), plan, 0..pixels);
+            billboards::image(vec![subject], vec![tree], stand, &view(pixels), plan, 0..pixels);
         let card = card.expect("a card");
         let picture = shown(&card);
         let second = clock.elapsed();

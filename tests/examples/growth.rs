@@ -7,10 +7,10 @@
 //! takes: 8 bytes each.
 
 use serde_json::Value;
+use spandrel_engine::render::scanline::{self, Cluster};
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file::{self, Options};
-use spandrel_engine::visible::{self, Cluster};
 use spandrel_tests::town;
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -140,7 +140,8 @@ fn one(case: Case, rule: Rule) -> Value {
     let polygons: usize = scenes.iter().map(|scene| scene.face_count()).sum();
     let clock = Instant::now();
     let render = |scene| {
-        visible::render(&[Cluster::from(scene)], &view, plan, 0..case.height).expect("towns render")
+        scanline::render(&[Cluster::from(scene)], &view, plan, 0..case.height)
+            .expect("towns render")
     };
     let images: Vec<SpanImage> = scenes.into_iter().map(render).collect();
     let visibility = clock.elapsed().as_secs_f64();

@@ -5,11 +5,11 @@
 
 use spandrel_engine::camera::View;
 use spandrel_engine::image::{Image, Samples};
+use spandrel_engine::render::scanline::{self, Cluster};
 use spandrel_engine::resolve::{Channel, Coverage, Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file::{self, Options};
-use spandrel_engine::visible::{self, Cluster};
 use spandrel_tests::town;
 use std::collections::BTreeSet;
 use std::io::{BufWriter, Write};
@@ -54,7 +54,7 @@ fn main() {
 
 fn render(clusters: &[Cluster], view: &View, n: u32) -> SpanImage {
     let plan = Rule::Sloped(n).plan().expect("n is in range");
-    visible::render(clusters, view, plan, 0..view.raster().height).expect("towns render")
+    scanline::render(clusters, view, plan, 0..view.raster().height).expect("towns render")
 }
 
 /// A town's picture, and the seconds for visibility and for resolving: medians.

@@ -12,10 +12,10 @@ use image::codecs::jpeg::JpegEncoder;
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::{Color, encode_srgb};
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Illuminate, Shadows};
-use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::random::Random;
 use spandrel_tests::tree::{grass, grow, kinds};
@@ -42,7 +42,7 @@ fn photograph(scene: Arc<Scene>, height_of: f64, seed: u64) {
     let view = View::new(&camera, Raster::new(width, height).expect("a size")).expect("a camera");
     let rule = Rule::Sloped(6);
     let plan = rule.plan().expect("a plan");
-    let spans = visible::render(&[scene.into()], &view, plan, 0..height).expect("a tree");
+    let spans = scanline::render(&[scene.into()], &view, plan, 0..height).expect("a tree");
     let lights = illuminate(
         vec![sun(v(-0.55, -0.75, -0.5), Color::new(0.82, 0.76, 0.66))],
         Color::new(0.34, 0.38, 0.44),

@@ -8,12 +8,12 @@ use spandrel_engine::color::Color;
 use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_engine::key::KeyHasher;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::stream::noise;
 use spandrel_engine::texture::store;
-use spandrel_engine::visible;
 use spandrel_tests::lights::{illuminate, sun};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -91,7 +91,7 @@ fn street(folder: &Path) -> SpanImage {
         let path = folder.join(format!("{name}.ron"));
         let scene = read::scene(&path, None, name, &ReadOptions::default()).expect("a scene");
         let plan = RULE.plan().expect("a plan");
-        visible::render(&[Arc::new(scene).into()], &view, plan, 0..720).expect("spans")
+        scanline::render(&[Arc::new(scene).into()], &view, plan, 0..720).expect("spans")
     };
     let images = CLUSTERS.map(render);
     let merged = SpanImage::merge(&images).expect("a merge");

@@ -7,11 +7,11 @@
 use glam::{DVec2, DVec3};
 use spandrel_engine::color::Color;
 use spandrel_engine::light::{Lamp, point};
+use spandrel_engine::render::scanline::render;
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::visible::render;
 use spandrel_tests::lights::{illuminate, sun};
 use spandrel_tests::town;
 use std::collections::BTreeSet;

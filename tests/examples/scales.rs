@@ -7,9 +7,9 @@ use glam::DVec2;
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Rgb};
 use spandrel_engine::image::Image;
+use spandrel_engine::render::scanline::{self, Cluster};
 use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::visible::{self, Cluster};
 use spandrel_tests::town;
 use std::collections::BTreeSet;
 
@@ -52,7 +52,7 @@ fn merged((width, height): (u32, u32), n: u32) -> SpanImage {
     let view = town::view(width, height);
     let plan = Rule::Sloped(n).plan().expect("n is in range");
     let render = |scene| {
-        visible::render(&[Cluster::from(scene)], &view, plan, 0..height).expect("towns render")
+        scanline::render(&[Cluster::from(scene)], &view, plan, 0..height).expect("towns render")
     };
     let images: Vec<SpanImage> = town::clusters(34_000, 4).into_iter().map(render).collect();
     SpanImage::merge(&images).expect("clusters of one view merge")

@@ -1,10 +1,10 @@
 //! Shapes whose picture is known in closed form, and how far a rule is from it.
 
 use glam::DVec3;
+use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::{Cover, Coverage, Filter, Framing, Rule};
 use spandrel_engine::scene::{Face, Mesh, Scene, Seal};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::visible;
 use spandrel_engine::visible::probe::Index;
 use std::sync::Arc;
 
@@ -193,7 +193,7 @@ pub fn coverage(scene: &Arc<Scene>, rule: Rule, filter: Filter) -> Vec<Vec<f64>>
     let view = scenes::pixel_view(SIZE, SIZE);
     let plan = rule.plan().expect("rules of tests are in range");
     let clusters = &[scene.clone().into()];
-    let image = visible::render(clusters, &view, plan, 0..SIZE).expect("a small picture");
+    let image = scanline::render(clusters, &view, plan, 0..SIZE).expect("a small picture");
     let framing = Framing { filter, ..Framing::whole(view.raster()) };
     let mut parts = vec![vec![0.0; (SIZE * SIZE) as usize]; scene.part_count() as usize];
     for (row, covers) in covers(&image, rule, &framing).into_iter().enumerate() {

@@ -4,9 +4,9 @@ use glam::DVec2;
 use spandrel_engine::camera::View;
 use spandrel_engine::image::Image;
 use spandrel_engine::raster::{LinePlan, Phase, Rows};
+use spandrel_engine::render::scanline::render;
 use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::visible::render;
 use std::collections::BTreeSet;
 
 use crate::scenes::{random_faces, random_panes, scene};

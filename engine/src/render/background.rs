@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use std::ops::Range;
 use std::sync::Arc;
 
 use crate::camera::{Plane, View};
@@ -22,7 +21,7 @@ use crate::light::seen::SeenSky;
 use crate::math;
 use crate::raster::{LinePlan, Rows};
 use crate::span::{
-    self, Again, FaceHead, FaceId, FaceTableBuilder, Layers, Lines, Role, Segment, SpanImage, line,
+    self, Candidates, FaceHead, FaceId, FaceTableBuilder, LineRenderer, Role, SpanImage,
 };
 use crate::texture::{Footprint, Opened, Source, Wrap, store};
 use crate::watch::Watch;
@@ -298,15 +297,22 @@ pub fn image(
         faces: Arc::new(faces.finish()),
     };
     let frame = SpanImage::frame(view.clone(), plan, rows, vec![source])?;
-    let nowhere = frame.clone();
-    let again = plan.probed.then(|| {
-        Again::new(move |probes| {
-            let cells = |k: u32| probes[k as usize].cells.clone();
-            Ok(filled(nowhere.on_probes(probes), is_translucent, cells))
-        })
-    });
-    let all = 0..view.raster().cells();
-    Ok(filled(frame, is_translucent, |_| all.clone()).with_again(again))
+    let face = frame.id(0, 0);
+    frame.rendered(Arc::new(Everywhere { face, window: view.window() }))
+}
+
+/// One face that is seen wherever the camera's window is.
+struct Everywhere {
+    face: FaceId,
+    /// Left, top, right and bottom, in pixels.
+    window: [f64; 4],
+}
+
+impl LineRenderer for Everywhere {
+    fn line(&self, _: &SpanImage, y: f64, found: &mut Candidates<'_>) -> Result<()> {
+        let [left, top, right, bottom] = self.window;
+        if y >= top && y < bottom { found.add(self.face, left..right) } else { Ok(()) }
+    }
 }
 
 /// What stands behind an image in all directions, as a panorama of so many rows, twice as wide, with colour and
@@ -381,34 +387,3 @@ fn all_round(view: &View, face: u32, row: u32, rows: u32) -> Fragments<'_> {
 struct Alone;
 
 impl Batch for Alone {}
-
-/// The image with its one face on every line, within its cells.
-fn filled(
-    frame: SpanImage,
-    is_translucent: bool,
-    cells: impl Fn(u32) -> Range<u32> + Sync,
-) -> SpanImage {
-    let (view, face) = (frame.view(), frame.id(0, 0));
-    let [left, top, right, bottom] = view.window();
-    let raster = view.raster();
-    let shown = |k: u32| {
-        let (y, wanted) = (frame.y(k), cells(k));
-        let columns = raster.cell(left).max(wanted.start)..raster.cell(right).min(wanted.end);
-        Some(columns).filter(|columns| y >= top && y < bottom && !columns.is_empty())
-    };
-    let all = frame.lines().range();
-    let lines = Lines::compute(all.clone(), |k, out| {
-        let segments: Vec<(Range<u32>, FaceId)> = shown(k)
-            .filter(|_| !is_translucent)
-            .map(|columns| (columns, face))
-            .into_iter()
-            .collect();
-        line::envelope(&segments, raster.cells(), &|id| frame.on_line(id, frame.y(k)), out);
-    });
-    let layers = Layers::compute(all, |k, out| {
-        if is_translucent && let Some(columns) = shown(k) {
-            out.push(Segment { start: columns.start, face, end: columns.end });
-        }
-    });
-    frame.clone().with_lines(lines, layers)
-}

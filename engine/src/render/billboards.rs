@@ -18,11 +18,11 @@ use crate::key::KeyHasher;
 use crate::math;
 use crate::polygon;
 use crate::raster::{LinePlan, Rows};
+use crate::render::scanline::{self, Cluster};
 use crate::scene::{AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides};
 use crate::span::SpanImage;
 use crate::texture::{Footprint, Level, Meaning, Opened, Source, Wrap, pyramid, store};
 use crate::trace::{Card, Casters, CastersBuilder, Toward, Turned};
-use crate::visible::{self, Cluster};
 
 /// What is less than this hides nothing: noise of a matte has no size.
 const LEAST_ALPHA: f32 = 0.05;
@@ -206,7 +206,7 @@ pub fn image(
     let surfaces = Arc::new(Billboards { subjects, trees, cards, stand, casters, fault });
     let surfaces: Option<Arc<dyn Surfaces>> = Some(surfaces);
     let cluster = Cluster { surfaces, ..Arc::new(scene).into() };
-    visible::render(&[cluster], view, plan, rows)
+    scanline::render(&[cluster], view, plan, rows)
 }
 
 /// The cards as faces that let through what lies behind them.

@@ -10,6 +10,7 @@ use std::collections::HashMap;
 use super::rule::Framing;
 use super::stacks::Stacks;
 use super::strip::Strip;
+use crate::camera::Plane;
 use crate::raster::LinePlan;
 use crate::span::edges::{MANY, Occupied, Side};
 use crate::span::{Edge, Face, FaceId, FaceTable, Role, SpanImage};
@@ -133,11 +134,35 @@ impl<'a> Row<'a> {
         }
     }
 
+    /// Whether nothing but its own edges can end a face in a pixel: no side of the viewport, no plane that cuts by
+    /// depth, and no matte.
+    fn is_uncut(&self, face: &Face, [left, right]: [f64; 2]) -> bool {
+        let (view, y) = (self.image.view(), [self.top, self.bottom]);
+        let [from, above, to, below] = view.window();
+        let is_inside = from <= left && right <= to && above <= y[0] && y[1] <= below;
+        let (front, back) = view.depth_range();
+        let (least, most) = face.plane.range([left, right], y);
+        let meets = |limit: &Plane| {
+            let apart = Plane {
+                a: face.plane.a - limit.a,
+                b: face.plane.b - limit.b,
+                c: face.plane.c - limit.c,
+            };
+            let (low, high) = apart.range([left, right], y);
+            low <= 0.0 && high >= 0.0
+        };
+        is_inside
+            && most <= front
+            && least >= back
+            && !self.image.limits().iter().any(meets)
+            && self.image.cuts().items().is_empty()
+    }
+
     /// Whether a face that is seen in a pixel, given by its sides on the raster, has no edge in it.
     fn covers(&self, id: FaceId, [left, right]: [f64; 2]) -> bool {
         let (source, face) = self.image.face(id);
         let (table, top, bottom) = (&*source.faces, self.top, self.bottom);
-        if face.role != Role::Face || face.is_translucent {
+        if face.role != Role::Face || face.is_translucent || !self.is_uncut(face, [left, right]) {
             return false;
         }
         if table.corner_count(face) < MANY {

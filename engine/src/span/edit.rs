@@ -10,7 +10,8 @@ use std::sync::Arc;
 use super::cut::{self, Cut};
 use super::layer::{self, Segment};
 use super::line::{self, Span};
-use super::{Again, Cuts, FaceId, FaceTable, Layers, Lines, OnLine, Placement, Probe, Source};
+use super::probe::probing;
+use super::{Cuts, FaceId, FaceTable, Layers, Lines, OnLine, Placement, Probe, Source};
 use super::{SpanImage, Stage};
 use crate::camera::Plane;
 use crate::error::{Error, Result};
@@ -168,19 +169,19 @@ impl SpanImage {
             u32::try_from(from).ok().filter(|from| image.lines().range().contains(from))
         };
         let moved = image.shifted(image.over(rows), step as i64, source);
-        let again = image.again().cloned().map(|again| {
+        let again = image.probing().cloned().map(|own| {
             // The sources are moved already; the lines are those that move to the probes.
-            Again::new(move |probes| {
+            probing(move |probes| {
                 let back = |cell| shift(cell, -step as i64, raster.cells());
                 let from = |probe: &Probe| Probe {
                     y: probe.y - placement.y,
                     cells: back(probe.cells.start)..back(probe.cells.end),
                 };
-                let image = again.make(&probes.iter().map(from).collect())?;
+                let image = own.probed(&probes.iter().map(from).collect())?;
                 Ok(image.shifted(image.on_probes(probes), step as i64, Some))
             })
         });
-        Ok(moved.with_again(again))
+        Ok(moved.with_probing(again))
     }
 
     /// The image's rows that are named: others may have asked for more.
@@ -191,7 +192,7 @@ impl SpanImage {
         }
         let held = self.lines().range();
         let same = |k: u32| held.contains(&k).then_some(k);
-        self.shifted(self.over(rows.clone()), 0, same).with_again(self.again().cloned())
+        self.shifted(self.over(rows.clone()), 0, same).with_probing(self.probing().cloned())
     }
 
     /// The lines `source` of this image moved right by `step` cells, in `frame`.

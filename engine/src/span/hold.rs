@@ -11,7 +11,8 @@ use std::sync::Arc;
 use super::cut;
 use super::layer::{self, Segment};
 use super::line::{self, Span};
-use super::{Again, Cuts, FaceId, Layers, Lines, Source, SpanImage, Union};
+use super::probe::probing;
+use super::{Cuts, FaceId, Layers, Lines, Source, SpanImage, Union};
 use crate::error::Result;
 use crate::key::{Key, KeyHasher};
 
@@ -43,10 +44,11 @@ impl SpanImage {
     /// # Errors
     /// If the images differ in camera, raster, line plan or rows.
     pub fn held(&self, matte: &SpanImage, keep: Keep) -> Result<SpanImage> {
-        let again = self.again().cloned().zip(matte.again().cloned()).map(|(own, matte)| {
-            Again::new(move |probes| own.make(probes)?.held(&matte.make(probes)?, keep))
+        let makers = self.probing().cloned().zip(matte.probing().cloned());
+        let again = makers.map(|(own, matte)| {
+            probing(move |probes| own.probed(probes)?.held(&matte.probed(probes)?, keep))
         });
-        Ok(self.held_once(matte, keep)?.with_again(again))
+        Ok(self.held_once(matte, keep)?.with_probing(again))
     }
 
     fn held_once(&self, matte: &SpanImage, keep: Keep) -> Result<SpanImage> {

@@ -9,7 +9,7 @@ use super::cut::{self, Cut};
 use super::layer::{self, Segment};
 use super::line::Span;
 use super::per_line::PerLine;
-use super::{Again, Face, FaceId, OnLine, Probe, Source, Stage, Union};
+use super::{Face, FaceId, OnLine, Probe, Probing, Source, Stage, Union};
 use crate::cache::{Shelf, cache};
 use crate::camera::{Plane, View};
 use crate::color::{Color, Kind};
@@ -38,7 +38,7 @@ pub struct SpanImage {
     rows: Rows,
     /// If its lines are probes, which; then `plan` and `rows` say nothing of them.
     probes: Option<Arc<[Probe]>>,
-    again: Option<Again>,
+    probing: Option<Arc<dyn Probing>>,
     /// In the order of [`Source::order`], without doubles.
     sources: Vec<Arc<Source>>,
     /// The id of each source's first face.
@@ -65,7 +65,7 @@ impl SpanImage {
             }
         };
         let lines = plan.lines(&rows);
-        SpanImage::with_nothing(view, plan, rows, lines).with_again(Some(Again::new(make)))
+        SpanImage::with_nothing(view, plan, rows, lines).with_probing(Some(Arc::new(make)))
     }
 
     fn with_nothing(view: View, plan: LinePlan, rows: Rows, lines: Range<u32>) -> SpanImage {
@@ -75,7 +75,7 @@ impl SpanImage {
             plan,
             rows,
             probes: None,
-            again: None,
+            probing: None,
             sources: Vec::new(),
             bases: Vec::new(),
             lines: Arc::new(Lines::compute(lines.clone(), background)),
@@ -140,13 +140,22 @@ impl SpanImage {
         &self.view
     }
 
-    /// The image, made again as said.
-    pub(crate) fn with_again(self, again: Option<Again>) -> SpanImage {
-        SpanImage { again, ..self }
+    /// The image, which can be [probed](SpanImage::probed) if there is a maker.
+    #[must_use]
+    pub fn with_probing(self, probing: Option<Arc<dyn Probing>>) -> SpanImage {
+        SpanImage { probing, ..self }
     }
 
-    pub(super) fn again(&self) -> Option<&Again> {
-        self.again.as_ref()
+    pub(super) fn probing(&self) -> Option<&Arc<dyn Probing>> {
+        self.probing.as_ref()
+    }
+
+    /// The cells of line `k` that are wanted.
+    pub(super) fn wanted(&self, k: u32) -> Range<u32> {
+        match &self.probes {
+            None => 0..self.view.raster().cells(),
+            Some(probes) => probes[k as usize].cells.clone(),
+        }
     }
 
     /// The height of line `k` in pixels from the top of the raster.
@@ -159,7 +168,8 @@ impl SpanImage {
     }
 
     /// The sources of the image with nothing on lines that are probes.
-    pub(crate) fn on_probes(&self, probes: &Arc<[Probe]>) -> SpanImage {
+    #[must_use]
+    pub fn on_probes(&self, probes: &Arc<[Probe]>) -> SpanImage {
         let lines = 0..probes.len() as u32;
         let nothing = SpanImage::with_nothing(self.view.clone(), self.plan, 0..0, lines);
         let (sources, bases) = (self.sources.clone(), self.bases.clone());
@@ -403,7 +413,7 @@ impl SpanImage {
     /// The image with the sources that a [`Union`] made of its own.
     pub(super) fn with_sources_of(&self, sources: Vec<Arc<Source>>, bases: Vec<u32>) -> SpanImage {
         let (intensities, memo) = (OnceLock::new(), Arc::new(cache().shelf()));
-        SpanImage { sources, bases, again: None, intensities, memo, ..self.clone() }
+        SpanImage { sources, bases, probing: None, intensities, memo, ..self.clone() }
     }
 
     /// The image as an answer to a plan of the same lines, whatever it says of probes.

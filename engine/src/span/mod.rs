@@ -7,7 +7,7 @@
 //! Reading path: [`order`] (which face is nearer), [`mod@line`] (a line and the merge of two), [`layer`]
 //! (translucent faces), [`face`] (planes and outlines), [`edges`] (outlines by height), [`cut`] (boundaries whose face is gone), [`slopes`] (boundaries that lean), [`image`] (all lines of a picture, and the merge
 //! of pictures), [`union`] (ids that mean the same in several pictures), [`probe`] (more lines, where they
-//! are wanted), [`writer`] (for renderers of other people).
+//! are wanted), [`renderer`] and [`writer`] (for renderers).
 
 pub mod cut;
 pub mod edges;
@@ -20,6 +20,7 @@ pub mod line;
 pub mod order;
 pub mod per_line;
 pub mod probe;
+pub mod renderer;
 pub mod seen;
 pub mod slopes;
 pub mod source;
@@ -35,8 +36,8 @@ pub use layer::Segment;
 pub use line::Span;
 pub use order::OnLine;
 pub use per_line::PerLine;
-pub(crate) use probe::Again;
-pub use probe::Probe;
+pub use probe::{Probe, Probing};
+pub use renderer::{Candidates, LineRenderer};
 pub use seen::Seen;
 pub use source::Source;
 pub use union::Union;

@@ -104,18 +104,17 @@ impl OnLine {
     #[inline(always)]
     pub fn divide(&self, other: &OnLine, cells: Range<u32>) -> Division {
         debug_assert!(cells.start < cells.end, "a sample span has at least one cell");
-        let left = self.compare(other, cells.start);
-        let right = self.compare(other, cells.end - 1);
-        if left == right {
-            return Division { first_wins_left: left.is_ge(), boundary: cells.end };
-        }
-        Division { first_wins_left: left.is_ge(), boundary: self.crossing(other, cells, left) }
+        // A plane that cuts may be as near as the first face of all and have its rank and id: it loses, in all cells.
+        let left = self.compare(other, cells.start).is_ge();
+        let right = self.compare(other, cells.end - 1).is_ge();
+        let boundary = if left == right { cells.end } else { self.crossing(other, cells, left) };
+        Division { first_wins_left: left, boundary }
     }
 
     /// The first cell whose winner is not `left`, which is the winner at the start of `cells` but not
     /// at its end.
     #[inline(never)]
-    fn crossing(&self, other: &OnLine, cells: Range<u32>, left: Ordering) -> u32 {
+    fn crossing(&self, other: &OnLine, cells: Range<u32>, left: bool) -> u32 {
         // Invariant: the winner in `low` is `left`, in `high` it is not.
         let (mut low, mut high) = (cells.start, cells.end - 1);
         let estimate = -(self.c - other.c) / (self.a - other.a);
@@ -127,7 +126,7 @@ impl OnLine {
                 return high;
             }
             guess = guess.clamp(low + 1, high - 1);
-            if self.compare(other, guess) == left {
+            if self.compare(other, guess).is_ge() == left {
                 low = guess;
                 if high - low <= 1 {
                     return high;
@@ -262,6 +261,19 @@ mod tests {
                 let first = (cell < division.boundary) == division.first_wins_left;
                 assert_eq!(a.compare(&b, cell).is_ge(), first, "{a:?} {b:?} {cell}");
             }
+        }
+    }
+
+    #[test]
+    fn a_face_at_the_very_depth_of_a_limit_divides_as_every_other() {
+        // A limit of rank 0 and id 0, as the back plane is; the first face of all has these too.
+        let limit = on_line(0.0, 9.0, 0, 0);
+        for id in [0, 1] {
+            // It is at the limit in the first cell and nearer behind it; and the other way round.
+            let rising = on_line(1.0, 8.0, 0, id).divide(&limit, 0..10);
+            assert_eq!(rising, Division { first_wins_left: true, boundary: 10 }, "{id}");
+            let falling = on_line(-1.0, 28.0, 0, id).divide(&limit, 0..10);
+            assert_eq!(falling, Division { first_wins_left: true, boundary: 10 }, "{id}");
         }
     }
 }

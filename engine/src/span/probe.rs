@@ -17,31 +17,37 @@ use crate::error::Result;
 pub struct Probe {
     /// Its height in pixels from the top of the raster.
     pub y: f64,
-    /// Its cells. What an image says of others is not meant.
+    /// The cells that are wanted; elsewhere the answer is undefined.
     pub cells: Range<u32>,
 }
 
-/// Makes an image again, on other lines.
-#[derive(Clone)]
-pub(crate) struct Again(Arc<Make>);
+/// Makes an image again on other lines: what is asked where those that it has do not suffice.
+///
+/// Closures are such makers. A renderer need not be one: [`SpanImage::rendered`] makes one of it.
+pub trait Probing: Send + Sync {
+    /// The same picture where it is asked for: line k of the result is probe k, ids mean what they mean in the image.
+    ///
+    /// # Errors
+    /// As what made the image.
+    fn probed(&self, probes: &Arc<[Probe]>) -> Result<SpanImage>;
+}
 
-type Make = dyn Fn(&Arc<[Probe]>) -> Result<SpanImage> + Send + Sync;
-
-impl Again {
-    pub(crate) fn new(
-        make: impl Fn(&Arc<[Probe]>) -> Result<SpanImage> + Send + Sync + 'static,
-    ) -> Again {
-        Again(Arc::new(make))
-    }
-
-    pub(crate) fn make(&self, probes: &Arc<[Probe]>) -> Result<SpanImage> {
-        (self.0)(probes)
+impl<F: Fn(&Arc<[Probe]>) -> Result<SpanImage> + Send + Sync> Probing for F {
+    fn probed(&self, probes: &Arc<[Probe]>) -> Result<SpanImage> {
+        self(probes)
     }
 }
 
-impl fmt::Debug for Again {
+/// A closure as a maker.
+pub(crate) fn probing(
+    make: impl Fn(&Arc<[Probe]>) -> Result<SpanImage> + Send + Sync + 'static,
+) -> Arc<dyn Probing> {
+    Arc::new(make)
+}
+
+impl fmt::Debug for dyn Probing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Again")
+        f.write_str("Probing")
     }
 }
 
@@ -52,7 +58,7 @@ impl SpanImage {
     /// # Errors
     /// As what made the image.
     pub fn probed(&self, probes: &Arc<[Probe]>) -> Result<Option<SpanImage>> {
-        self.again().map(|again| again.make(probes)).transpose()
+        self.probing().map(|maker| maker.probed(probes)).transpose()
     }
 
     /// `result`, which is `make` of this image, made so again where this one can be.
@@ -61,7 +67,8 @@ impl SpanImage {
         result: SpanImage,
         make: impl Fn(SpanImage) -> Result<SpanImage> + Send + Sync + 'static,
     ) -> SpanImage {
-        let again = self.again().cloned();
-        result.with_again(again.map(|again| Again::new(move |probes| make(again.make(probes)?))))
+        result.with_probing(
+            self.probing().cloned().map(|own| probing(move |probes| make(own.probed(probes)?))),
+        )
     }
 }

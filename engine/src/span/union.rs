@@ -6,7 +6,8 @@ use std::sync::Arc;
 use super::cut::{self, Cut};
 use super::layer::{self, Segment};
 use super::line::{self, Span};
-use super::{Again, Cuts, FaceId, Layers, Lines, OnLine, Source, SpanImage};
+use super::probe::probing;
+use super::{Cuts, FaceId, Layers, Lines, OnLine, Probing, Source, SpanImage};
 use crate::error::{Error, Result};
 
 /// The united sources of some images, and where the faces of each stand in them. Merges those images,
@@ -152,15 +153,16 @@ impl Union {
             })
         };
         let limits = images.iter().flat_map(|image| image.limits().iter().copied());
-        let again: Option<Vec<Again>> = images.iter().map(|image| image.again().cloned()).collect();
-        let again = again.map(|all| {
-            Again::new(move |probes| {
-                let made = all.iter().map(|one| one.make(probes)).collect::<Result<Vec<_>>>()?;
+        let makers: Option<Vec<Arc<dyn Probing>>> =
+            images.iter().map(|image| image.probing().cloned()).collect();
+        let again = makers.map(|all| {
+            probing(move |probes| {
+                let made = all.iter().map(|one| one.probed(probes)).collect::<Result<Vec<_>>>()?;
                 SpanImage::merge(&made)
             })
         });
         let merged = frame.with_lines(lines, layers).with_cuts(cuts).with_limits(limits);
-        Ok(merged.with_again(again))
+        Ok(merged.with_probing(again))
     }
 }
 

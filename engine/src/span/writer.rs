@@ -3,9 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::layer::{self, Segment};
-use super::line;
-use super::{FaceHead, FaceId, FaceTableBuilder, Layers, Lines, Source, SpanImage};
+use super::{FaceHead, FaceId, FaceTableBuilder, LineRenderer, Source, SpanImage};
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::fragment::Surfaces;
@@ -16,7 +14,8 @@ use crate::raster::{LinePlan, Rows};
 /// cell, the winner rule of [`order`](super::order) decides, as in a merge.
 ///
 /// Such an image holds its lines and no more: it cannot be [probed](super::probe), and rules that divide
-/// pixels leave it, and what it is merged into, as it is.
+/// pixels leave it, and what it is merged into, as it is. A program that knows its segments at any height
+/// [renders](SpanWriter::render) them instead.
 ///
 /// ```
 /// # use spandrel_engine::{camera::{Camera, Plane, View}, key::Key, raster::*, span::*};
@@ -124,6 +123,32 @@ impl SpanWriter {
     /// # Errors
     /// If there are more faces than ids (2^32 - 1).
     pub fn finish(self, label: &str, scene: Key, surfaces: Arc<dyn Surfaces>) -> Result<SpanImage> {
+        let first = self.lines().start;
+        let (segments, frame) = self.frame(label, scene, surfaces)?;
+        frame.solved(|_, k, found| {
+            let all = &segments[(k - first) as usize];
+            all.iter().for_each(|(cells, face)| found.add_cells(*face, cells.clone()));
+            Ok(())
+        })
+    }
+
+    /// The image as [`finish`](SpanWriter::finish) makes it, with the segments that a renderer finds for the faces that
+    /// were declared, in place of written ones. Such an image can be [probed](super::probe).
+    ///
+    /// # Errors
+    /// As [`finish`](SpanWriter::finish), and the renderer's.
+    pub fn render(
+        self,
+        label: &str,
+        scene: Key,
+        surfaces: Arc<dyn Surfaces>,
+        renderer: impl LineRenderer,
+    ) -> Result<SpanImage> {
+        self.frame(label, scene, surfaces)?.1.rendered(Arc::new(renderer))
+    }
+
+    /// The segments that were written, and the image without them.
+    fn frame(self, label: &str, scene: Key, surfaces: Arc<dyn Surfaces>) -> Result<Written> {
         let SpanWriter { view, plan, rows, faces, segments, .. } = self;
         let source = Source {
             label: label.to_owned(),
@@ -134,30 +159,9 @@ impl SpanWriter {
             held: Vec::new(),
             faces: Arc::new(faces.finish()),
         };
-        let cells = view.raster().cells();
-        let range = plan.lines(&rows);
-        let first = range.start;
-        let frame = SpanImage::frame(view, plan, rows, vec![source])?;
-        let opaque = |(_, id): &&(Range<u32>, FaceId)| !frame.face(*id).1.is_translucent;
-        let lines = Lines::compute(range.clone(), |k, out| {
-            let y = plan.y(k);
-            let all = &segments[(k - first) as usize];
-            let all: Vec<(Range<u32>, FaceId)> = all.iter().filter(opaque).cloned().collect();
-            line::envelope(&all, cells, &|id| frame.on_line(id, y), out);
-        });
-        let layers = Layers::compute(range, |k, out| {
-            let y = plan.y(k);
-            let all = segments[(k - first) as usize].iter().filter(|segment| !opaque(segment));
-            let own = |(range, face): &(Range<u32>, FaceId)| Segment {
-                start: range.start,
-                face: *face,
-                end: range.end,
-            };
-            let all: Vec<Segment> = all.map(own).collect();
-            let start = out.len();
-            layer::clip(&all, lines.line(k), cells, |id| frame.on_line(id, y), out);
-            layer::normalize(out, start);
-        });
-        Ok(frame.with_lines(lines, layers))
+        Ok((segments, SpanImage::frame(view, plan, rows, vec![source])?))
     }
 }
+
+/// The segments by line, and the image that they are to be in.
+type Written = (Vec<Vec<(Range<u32>, FaceId)>>, SpanImage);

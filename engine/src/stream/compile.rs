@@ -539,7 +539,7 @@ impl Compiled {
         self.places.clear();
         for (at, op) in self.ops.iter().enumerate() {
             // Never one that it reads.
-            let place = free.pop().filter(|_| op.as_number().is_none());
+            let place = if op.as_number().is_none() { free.pop() } else { None };
             let place = place.unwrap_or_else(|| {
                 count += 1;
                 count - 1

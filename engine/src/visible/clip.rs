@@ -15,20 +15,20 @@ const MARGIN: f64 = 65_536.0;
 
 /// The guard of a raster.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Guard {
+pub(crate) struct Guard {
     low: DVec2,
     high: DVec2,
 }
 
 impl Guard {
-    pub(super) fn new(raster: Raster) -> Guard {
+    pub(crate) fn new(raster: Raster) -> Guard {
         let high = DVec2::new(f64::from(raster.width), f64::from(raster.height)) + MARGIN;
         Guard { low: DVec2::splat(-MARGIN), high }
     }
 
     /// The point on the screen, in pixels, if it is in front of the eye and inside the guard.
     #[inline(always)]
-    pub(super) fn screen(&self, p: &Homogeneous) -> Option<DVec2> {
+    pub(crate) fn screen(&self, p: &Homogeneous) -> Option<DVec2> {
         let point = DVec2::new(p.x / p.w, p.y / p.w);
         let inside = p.w > 0.0
             && point.x >= self.low.x
@@ -40,7 +40,7 @@ impl Guard {
 
     /// Cuts a ring (Sutherland and Hodgman). The cuts of a concave ring may be joined along the guard's
     /// sides; such joints lie outside the raster and enclose nothing.
-    pub(super) fn clip(&self, ring: &[Homogeneous]) -> Vec<Homogeneous> {
+    pub(crate) fn clip(&self, ring: &[Homogeneous]) -> Vec<Homogeneous> {
         let sides: [&dyn Fn(&Homogeneous) -> f64; 4] = [
             &|p| p.x - self.low.x * p.w,
             &|p| self.high.x * p.w - p.x,

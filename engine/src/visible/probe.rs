@@ -14,8 +14,9 @@ use super::band::{self, Limits};
 use super::bins::{Bins, Entry};
 use crate::raster::{MAX_SIDE, Raster};
 use crate::span::edges::{MANY, Occupied};
-use crate::span::{Face, FaceId, Layers, Lines, Probe, Role, Segment, Source, Span, SpanImage};
-use crate::span::{layer, line};
+use crate::span::{
+    Candidates, Face, FaceId, Layers, Lines, Probe, Role, Segment, Source, Span, SpanImage,
+};
 
 /// The faces of an image's sources by row of the raster.
 #[derive(Debug)]
@@ -213,7 +214,7 @@ impl Solver<'_> {
     fn line(&self, probe: &Probe, faces: &[FaceId]) -> Solved {
         let y = probe.y;
         let [_, top, _, bottom] = self.frame.view().window();
-        let (mut opaque, mut translucent) = (Vec::new(), Vec::new());
+        let mut found = Candidates::new(self.frame, probe.cells.clone());
         if y >= top && y <= bottom {
             for id in faces {
                 let (source, face) = self.frame.face(*id);
@@ -224,11 +225,9 @@ impl Solver<'_> {
                         return;
                     }
                     let on_line = self.frame.on_line(*id, y);
-                    let Range { start, end } = self.limits.cut(within, &on_line, y, self.raster);
-                    if start < end && face.is_translucent {
-                        translucent.push(Segment { start, face: *id, end });
-                    } else if start < end {
-                        opaque.push((start..end, *id));
+                    let seen = self.limits.cut(within, &on_line, y, self.raster);
+                    if !seen.is_empty() {
+                        found.push(*id, seen, face.is_translucent);
                     }
                 };
                 if face.is_monotone {
@@ -245,12 +244,6 @@ impl Solver<'_> {
                 }
             }
         }
-        let cells = self.raster.cells();
-        let on_line = |face| self.frame.on_line(face, y);
-        let (mut spans, mut layers) = (Vec::new(), Vec::new());
-        line::envelope(&opaque, cells, &on_line, &mut spans);
-        layer::clip(&translucent, &spans, cells, on_line, &mut layers);
-        layer::normalize(&mut layers, 0);
-        (spans, layers)
+        found.seen(y)
     }
 }

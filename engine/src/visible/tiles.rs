@@ -429,13 +429,12 @@ fn push(line: &mut Vec<Seen>, x: u32, on_line: &OnLine) {
 /// The most that a plane's depth can be over some cells of a band, rounded up.
 fn nearest(plane: &Plane, band: &Band, cells: &Range<u32>, raster: Raster) -> f64 {
     let x = if plane.a > 0.0 { cells.end } else { cells.start };
-    let y = if plane.b > 0.0 { last_y(band) } else { band.y[0].min(last_y(band)) };
+    // Lines outside of the viewport are infinitely far, those before its first among them.
+    let finite = || band.y.iter().copied().filter(|y| y.is_finite());
+    let y = if plane.b > 0.0 { finite().next_back() } else { finite().next() };
+    let y = y.unwrap_or(0.0);
     let (p, q) = (plane.a * raster.pixels(x), plane.b * y);
     p + q + plane.c + (p.abs() + q.abs() + plane.c.abs()) * 1e-14
-}
-
-fn last_y(band: &Band) -> f64 {
-    band.y.iter().rev().copied().find(|y| y.is_finite()).unwrap_or(0.0)
 }
 
 /// The least depth of the winners of a tile, rounded down.
@@ -451,4 +450,30 @@ fn farthest(band: &Band, tile: &Tile, cells: &Range<u32>, raster: Raster) -> f64
         }
     }
     bound
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, View};
+    use crate::raster::{LinePlan, Phase};
+
+    #[test]
+    fn a_bound_holds_where_the_viewport_begins_or_ends_within_a_band() {
+        let raster = Raster::new(16, 16).unwrap();
+        let plan = LinePlan::new(1, Phase::Centre).unwrap();
+        for viewport in [[0.0, 0.0, 1.0, 0.81], [0.0, 0.6, 1.0, 1.0], [0.0, 0.6, 1.0, 0.81]] {
+            let camera = Camera { viewport, ..Camera::default() };
+            let view = View::new(&camera, raster).unwrap();
+            let band = Band::new(&view, plan, &(0..16), 0);
+            for (a, b) in [(0.0, -1.0), (0.0, 1.0), (0.5, -2.0), (-0.5, 2.0)] {
+                let plane = Plane { a, b, c: 3.0 };
+                let bound = nearest(&plane, &band, &(0..raster.cells()), raster);
+                for y in band.y.into_iter().filter(|y| y.is_finite()) {
+                    let most = a.max(0.0) * 16.0 + b * y + 3.0;
+                    assert!(bound >= most, "{viewport:?} {plane:?} at {y}: {bound} {most}");
+                }
+            }
+        }
+    }
 }

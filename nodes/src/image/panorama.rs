@@ -1,11 +1,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
-use spandrel_engine::backdrop;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::background;
 use spandrel_engine::resolve::Rule;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lines, Picture};
@@ -52,6 +52,6 @@ impl Node for Panorama {
 
     fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
         let image = inputs.get(&self.image);
-        Ok(wanted.part(backdrop::panorama(&image, self.rows)?))
+        Ok(wanted.part(background::panorama(&image, self.rows)?))
     }
 }

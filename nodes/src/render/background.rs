@@ -1,13 +1,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
-use spandrel_engine::backdrop::{self, By, Photograph, Show, Stand};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::key::KeyHasher;
+use spandrel_engine::render::background::{self, By, Photograph, Show, Stand};
 use spandrel_engine::resolve::Channel;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lamps, Lines, Override, Picture};
@@ -141,6 +141,6 @@ impl Node for Background {
         };
         let (label, strength, distance) = (self.name.clone(), self.color, self.distance);
         let stand = Stand { label, key: key.finish(), strength, distance };
-        backdrop::image(show, stand, &view, wanted.plan, wanted.rows.clone())
+        background::image(show, stand, &view, wanted.plan, wanted.rows.clone())
     }
 }

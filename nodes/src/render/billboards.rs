@@ -1,12 +1,12 @@
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spandrel_engine::billboard::{self, Chance, Stand, Subject, Tree};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
+use spandrel_engine::render::billboards::{self, Chance, Stand, Subject, Tree};
 use spandrel_engine::resolve::Channel;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lines, Override, Picture};
@@ -148,7 +148,7 @@ impl Billboards {
             let corners: Vec<DVec3> = area.corners.iter().map(|p| DVec3::from(*p)).collect();
             let seed = self.seed.wrapping_add(1) ^ (number as u64 + 1) << 40;
             let plant = |foot, chance: &mut Chance| trees.push(pick(foot, chance));
-            let planted = billboard::scatter(&corners, area.count, area.apart, seed, plant)
+            let planted = billboards::scatter(&corners, area.count, area.apart, seed, plant)
                 .map_err(|error| Error::invalid(format!("area {number}: {error}")))?;
             if planted < area.count {
                 let (count, apart) = (area.count, area.apart);
@@ -248,6 +248,6 @@ impl Node for Billboards {
             ));
         }
         let stand = Stand { label: self.name.clone(), color: self.color, lit: self.lit };
-        billboard::image(subjects, trees, stand, &view, wanted.plan, wanted.rows.clone())
+        billboards::image(subjects, trees, stand, &view, wanted.plan, wanted.rows.clone())
     }
 }

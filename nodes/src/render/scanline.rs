@@ -3,10 +3,10 @@ use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::render::scanline::{self, Cluster};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
-use spandrel_engine::visible::{self, Cluster};
 
 /// Renders a scene to spans by the scan-line method: on every line the visible part of all faces,
 /// exactly. Concave faces, holes, seals and faces that cross each other are solved as they are.
@@ -44,7 +44,7 @@ impl Node for Scanline {
         let (scene, priority) = (inputs.get(&self.scene), self.priority);
         let cluster = Cluster { priority, layered: wanted.layered, ..scene.into() };
         let faces = cluster.scene.face_count();
-        let image = visible::render(&[cluster], &view, wanted.plan, wanted.rows.clone())?;
+        let image = scanline::render(&[cluster], &view, wanted.plan, wanted.rows.clone())?;
         if image.face_count() == 0 && faces > 0 {
             inputs.warn(&format!(
                 "the camera sees none of the {faces} faces: `spandrel info` says where the scene lies"

@@ -1,9 +1,10 @@
 //! Kinds of node as a studio would write them, on nothing but [`spandrel_engine::plugin`]: a shader ([`Contours`]), an
-//! image node ([`Vignette`]), a renderer ([`Spheres`]), a light ([`FalloffLight`]) and a reader of scenes
+//! image node ([`Vignette`]), renderers ([`Spheres`], [`Discs`]), a light ([`FalloffLight`]) and a reader of scenes
 //! ([`ReadBlocks`]).
 
 mod blocks;
 mod contours;
+mod discs;
 mod falloff;
 mod spheres;
 mod vignette;
@@ -14,6 +15,7 @@ pub mod tint;
 
 pub use blocks::ReadBlocks;
 pub use contours::Contours;
+pub use discs::Discs;
 pub use falloff::FalloffLight;
 pub use spheres::Spheres;
 pub use tint::Tint;
@@ -23,6 +25,10 @@ use spandrel_engine::plugin::Registry;
 
 /// Adds the studio's kinds of node.
 pub fn register(registry: &mut Registry) {
-    registry.register::<Contours>().register::<Vignette>().register::<Spheres>();
+    registry
+        .register::<Contours>()
+        .register::<Vignette>()
+        .register::<Spheres>()
+        .register::<Discs>();
     registry.register::<FalloffLight>().register::<ReadBlocks>().register::<Tint>();
 }

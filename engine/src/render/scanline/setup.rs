@@ -5,12 +5,12 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::Cluster;
-use super::clip::Guard;
 use crate::camera::{Homogeneous, Plane, View};
 use crate::error::Result;
 use crate::raster::LinePlan;
 use crate::scene::{Geometry, Instance, Part, Scene, surfaces::normal_matrix};
 use crate::span::{FaceHead, FaceTable, FaceTableBuilder, Role};
+use crate::visible::clip::Guard;
 use crate::watch::Watch;
 
 /// Faces in one task.
@@ -77,6 +77,11 @@ impl Extent {
         nearest: f64::NEG_INFINITY,
         farthest: f64::INFINITY,
     };
+
+    /// The same with so many pixels around it.
+    fn grown(self, pixels: f64) -> Extent {
+        Extent { low: self.low - pixels, high: self.high + pixels, ..self }
+    }
 
     #[inline(always)]
     fn add(&mut self, point: DVec2, depth: f64) {
@@ -175,7 +180,9 @@ impl<'a> Setup<'a> {
             .enumerate()
             .map(|(i, ring)| rings.ring(ring, (i == 0).then_some(&mut extent)))
             .collect::<Result<_>>()?;
-        if own[0].len() < 3 || !self.is_met(&extent) {
+        // A drawn edge reaches beyond the face: where no line meets the face, one may meet its edges.
+        let drawn = extent.grown(self.widest(at) / 2.0);
+        if own[0].len() < 3 || !self.is_met(&drawn) {
             return Ok(());
         }
         let plane = self.steady(plane, &extent);
@@ -209,6 +216,14 @@ impl<'a> Setup<'a> {
             }
         }
         Ok(())
+    }
+
+    /// The width in pixels of the widest edge that is drawn of a face and its seals.
+    fn widest(&self, at: usize) -> f64 {
+        let mesh = self.geometry.mesh();
+        let seals = mesh.seals(at).iter().filter(|_| self.instance.shows_seals);
+        let edges = mesh.edge(at).into_iter().chain(seals.filter_map(|seal| seal.edge));
+        edges.map(|edge| f64::from(edge.width)).fold(0.0, f64::max)
     }
 
     /// Whether any line of the raster can meet the extent.
