@@ -219,6 +219,7 @@ impl<'a> Stream<'a> {
         gathered.touched.iter().for_each(|at| pixels.touched[*at as usize] = true);
         let mut most = gathered.most.clone();
         if self.wants_color() {
+            // [N] eq. 2 with stored intensities: no shader runs.
             for (face, first, count, area) in &gathered.alike {
                 let Some(paint) = self.intensities.of(*face) else { continue };
                 (*first..first + count).for_each(|at| add(&mut pixels, at as usize, paint, *area));
@@ -332,6 +333,8 @@ impl<'a> Stream<'a> {
                     }
                     continue;
                 }
+                // Members come from front to back, so only mattes that lie before this one were
+                // counted.
                 for Held { by, inside } in &known.held {
                     let past = mattes.iter().find(|(matte, _)| matte == by).map_or(1.0, |m| m.1);
                     alpha *= if *inside { 1.0 - past } else { past };

@@ -137,6 +137,8 @@ impl SpanImage {
         let parallel = self.view().is_parallel();
         let scale = if parallel { 1.0 / scale } else { scale };
         let image = self.placed(Placement { x: 0.0, y: 0.0, scale, offset })?;
+        // The least depth above 0: what comes to lie at infinity or beyond is cut. Depths of
+        // parallel cameras have no such end.
         let back = if parallel { None } else { Some(f64::MIN_POSITIVE) };
         Ok(image.sliced(DepthRange { front: None, back }))
     }
@@ -155,6 +157,7 @@ impl SpanImage {
         if x.abs() > f64::from(raster.width) {
             return Ok(SpanImage::empty(self.view().clone(), self.plan(), rows));
         }
+        // A whole number of cells: boundaries that were rounded once are not rounded again.
         let step = (x * raster.cells_per_pixel()).round();
         let placement = Placement {
             x: step / raster.cells_per_pixel(),
@@ -209,6 +212,7 @@ impl SpanImage {
             let Some(from) = source(k) else { return };
             let spans = self.lines().line(from).iter();
             out.extend(spans.map(|span| Span { x: shifted(span.x), face: span.face }));
+            // Spans that left the raster have no cells any more, and go below.
             out.push(Span { x: shifted(cells), face: FaceId::NONE });
             tidy(out, start, cells);
         });

@@ -56,6 +56,8 @@ impl From<Arc<Scene>> for Cluster {
 pub fn render(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
     let frame = frame(clusters, view, plan, rows)?;
     let (lines, layers) = tiles::solve(&frame);
+    // The image keeps its frame, so that a line at any height can be solved later. The index that
+    // this needs is made with the first probe: most images are never asked.
     let again = plan.probed.then(|| {
         let (nowhere, index) = (frame.clone(), OnceLock::new());
         Again::new(move |probes| {
@@ -81,6 +83,8 @@ pub fn render_by_merging(
     let raster = view.raster();
     let limits = Limits::new(view);
     let all = frame.plan().lines(&frame.rows());
+    // Heights are taken from bands, as the fast way does: a line outside the viewport is infinitely
+    // far away, and both ways leave it empty.
     let y_of = |k: u32| {
         let band = Band::new(view, plan, &all, (k - all.start) / LANES as u32);
         band.y[(k - band.first) as usize]
@@ -130,6 +134,8 @@ fn frame(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Resul
         let scene = &cluster.scene;
         Ok(Source {
             label: scene.label.clone(),
+            // Layers are solved otherwise than opaque faces, so the same scene with and without
+            // them is two sources.
             scene: match cluster.layered {
                 false => Key::of(&(scene.key.to_bytes(), cluster.priority)),
                 true => Key::of(&(scene.key.to_bytes(), cluster.priority, "layered")),

@@ -32,6 +32,8 @@ pub fn face_table(cluster: &Cluster, view: &View, plan: LinePlan) -> Result<Face
             Setup { layered: *layered, ..setup }.faces(&watch)
         })
         .collect::<Result<_>>()?;
+    // Put together in the scene's order, whoever was ready first: faces ascend by ordinal, and the
+    // table is the same bit for bit.
     let mut table = FaceTableBuilder::new();
     for (points, chunks) in parts {
         if chunks.iter().all(FaceTableBuilder::is_empty) {
@@ -119,6 +121,7 @@ impl<'a> Setup<'a> {
 
     /// The points of the mesh on the screen, and its faces over them.
     fn faces(&self, watch: &Watch) -> Result<(Vec<DVec2>, Vec<FaceTableBuilder>)> {
+        // NaN marks what lies outside the guard: faces with such a corner are cut.
         let screen = |p: &Homogeneous| self.guard.screen(p).unwrap_or(DVec2::NAN);
         let points: Vec<DVec2> = self.vertices.par_iter().with_min_len(4096).map(screen).collect();
         let count = self.geometry.mesh().face_count();
@@ -160,6 +163,7 @@ impl<'a> Setup<'a> {
             is_translucent: self.layered
                 || self.scene.is_translucent(self.instance, at, part, sees_front),
         };
+        // Most faces: no copy of their corners, only their numbers.
         if inside && mesh.is_plain(at) {
             if self.is_met(&extent) {
                 let plane = self.steady(plane, &extent);
@@ -221,6 +225,7 @@ impl<'a> Setup<'a> {
             && extent.low.y < bottom
             && extent.farthest <= nearest
             && extent.nearest >= farthest
+            // What lies between two lines is met by none of them, but may be met by a probe.
             && (self.plan.probed
                 || self.plan.first_at_or_below(extent.low.y)
                     < self.plan.first_at_or_below(extent.high.y))
