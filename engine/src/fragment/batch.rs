@@ -290,6 +290,7 @@ impl<'v> Fragments<'v> {
         // Seen edge-on it would reach to the horizon.
         let across =
             if across.abs() < LEAST_ACROSS { LEAST_ACROSS.copysign(across) } else { across };
+        // A step across the way, led along it until it lies in the plane of the face.
         steps.map(|step| step - along * (normal.dot(step) / across))
     }
 
@@ -336,6 +337,8 @@ impl<'v> Fragments<'v> {
             let mut sums = vec![Color::BLACK; count];
             for (part, (at, _, share)) in parts.iter().enumerate() {
                 if alpha[*at] > 0.0 {
+                    // Colours come without alpha here. Weighed by area alone, what is transparent
+                    // would tint the rest.
                     let weight = of.alpha[part] * share / alpha[*at];
                     sums[*at] = sums[*at] + colors[part] * weight;
                 }

@@ -138,6 +138,7 @@ pub fn unmoved(stack: &[Stage], plane: &Plane) -> (Plane, [f64; 2]) {
     for stage in stack.iter().rev() {
         if let Stage::Place(Placement { x, y, scale, offset }) = stage {
             let Plane { a, b, c } = at.0;
+            // `plane` backwards, with the slopes that the plane has after the move.
             let c = c + a * x + b * y - offset;
             at.0 = Plane { a: a / scale, b: b / scale, c: c / scale };
             at.1 = [at.1[0] + x, at.1[1] + y];
@@ -192,6 +193,7 @@ pub fn shade(
         run(stack, places, batch, fragments);
         return;
     }
+    // From here on each part is a fragment of its own, at its fragment's place.
     let widen = |column: &Vec<f64>| parts.iter().map(|(at, ..)| column[*at]).collect();
     let wide_places = places.iter().map(|place| place.each_ref().map(widen)).collect();
     let mut wide = fragments.parts(&parts);
@@ -199,6 +201,7 @@ pub fn shade(
     wide.fill(reads(stack), surfaces);
     run(stack, wide_places, &Divided { outer: batch, parts: &parts }, &mut wide);
     fragments.unite(&wide, &parts);
+    // The parts went through the moves; their fragments go straight to the end of them.
     if let Some(last) = places.into_iter().next() {
         fragments.go_to(last);
     }
@@ -213,6 +216,7 @@ pub fn paint(
 ) -> Painted {
     let chosen: Vec<Share> = which.iter().map(|at| (*at, None, 1.0)).collect();
     let mut some = fragments.parts(&chosen);
+    // Pictures lie on surfaces, so they are looked at where these were rendered, before every move.
     undo(stack, &mut some);
     let parts = surfaces.divide(&some);
     let wanted = Painted::COLUMNS.into_iter().filter(|columns| reads(stack).contains(*columns));

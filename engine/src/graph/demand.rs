@@ -57,6 +57,7 @@ impl Plan {
         }
         let mut plan = Plan { instances: Vec::new(), wanted: vec![0; wishes.0.len()] };
         for node in &graph.order {
+            // Users come before what they use: by now all that is asked of this node is known.
             let asks = std::mem::take(&mut asked[*node]);
             for (demand, users) in merged(asks) {
                 let at = plan.instances.len();
@@ -158,6 +159,7 @@ fn plan_one(
     }
     let mut inputs = Vec::new();
     for (slot, (target, demand)) in upstream.asks.into_iter().enumerate() {
+        // The instance is filled in when it is the input's turn.
         inputs.push((graph.nodes[target].id.clone(), usize::MAX));
         asked[target].push(Ask { by: User::Input(at, slot), demand });
     }

@@ -166,6 +166,8 @@ impl Run {
             .iter()
             .map(|at| state.held[*at].as_ref().map(|held| held.value.clone()))
             .collect();
+        // After a failure values are left that nobody waited for to the end: they may serve the
+        // next run.
         for held in state.held.iter_mut().filter_map(Option::take) {
             self.keep(held);
         }
@@ -338,6 +340,7 @@ impl<'a> Evaluation<'a> {
             catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*instance.demand, &inputs)))
         });
         let seconds = clock.elapsed().as_secs_f64();
+        // Whatever came back may be half done.
         if watch.is_stopped() {
             return Err(Error::Cancelled);
         }
@@ -358,6 +361,7 @@ impl<'a> Evaluation<'a> {
     fn begin(&self, key: Key, at: usize) -> Start {
         let mut state = self.state();
         let State { busy, held, .. } = &mut *state;
+        // Two nodes of one content: the first computes it, and others take its value or wait.
         match busy.get_mut(&key) {
             Some((holder, waiting)) => match &held[*holder] {
                 Some(held) => Start::Known(held.again()),

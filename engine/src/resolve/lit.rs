@@ -222,6 +222,8 @@ impl<'a> Shadows<'a> {
         let shares = self.shares(row);
         let mut parts = Vec::new();
         let per_chunk = CHUNK * self.image.plan().per_row;
+        // Chunks begin at multiples of their lines from the raster's top, so that pictures of other
+        // windows and scales share them.
         let mut chunk: Option<(u32, Arc<shadow::Lines>)> = None;
         for share in &shares {
             let Some(k) = share.line else { continue };
@@ -250,6 +252,7 @@ impl<'a> Shadows<'a> {
             let range = self.image.lines().range();
             let lines = (at * per_chunk).max(range.start)..((at + 1) * per_chunk).min(range.end);
             let of_world = self.patches_key(casting.world);
+            // What receives is the same for all lights of a world, and is found once.
             let patches = memo.or_made((of_world, at), &self.watch, || {
                 let layers = self.seen_layers(lines.clone());
                 let of = |k: u32| &*layers[(k - lines.start) as usize];
@@ -313,6 +316,7 @@ impl<'a> Shadows<'a> {
     fn add(&self, shadow: &Dark, share: &Share, parts: &mut Vec<Part>) {
         let (Framing { scale, pan, .. }, columns) = (self.framing, &self.columns);
         let n = f64::from(self.image.plan().per_row);
+        // How far above and below its line the share's strip reaches, in pixels of the raster.
         let (from, to) = match self.rule {
             // Sampled lines are taken as they are.
             Rule::Sampled(..) => (0.0, 0.0),

@@ -106,7 +106,10 @@ impl SpanFile {
             };
             sources.push((at, source));
         }
+        // Other programs may write sources in any order; an image has them in one.
         sources.sort_by(|a, b| a.1.order(&b.1));
+        // Equal sources would be united by the next merge, and their ids would no longer be those
+        // of the lines.
         if let Some(pair) = sources.windows(2).find(|pair| pair[0].1.order(&pair[1].1).is_eq()) {
             return Err(
                 first.fault(path, format!("the source \"{}\" is there twice", pair[0].1.label))
@@ -181,6 +184,7 @@ impl SpanFile {
             let of_file = |file: &&SpanFile| {
                 let place = file.lines.partition_point(|block| block.a + block.b <= at);
                 let block = file.lines.get(place);
+                // A row's share of the block that its first line lies in.
                 block.map_or(0, |block| block.raw * u64::from(n) / u64::from(block.b))
             };
             files.iter().map(of_file).sum()
@@ -214,6 +218,7 @@ impl SpanFile {
         let watch = Watch::current();
         let mut bodies: Vec<(Block, Vec<u8>)> = Vec::new();
         {
+            // One thread reads, as there is one place in the file. Then all unpack side by side.
             let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
             for block in self.lines.iter().filter(meets) {
                 watch.check()?;
@@ -275,6 +280,7 @@ impl SpanFile {
         }
         let layers = lines::decode::<Segment>(&mut bytes, block.b, cells, face)?;
         let cuts = match bytes.left() {
+            // Images without cuts are written without them.
             0 => (vec![0; block.b as usize + 1], Vec::new()),
             _ => lines::decode::<Cut>(&mut bytes, block.b, cells, face)?,
         };

@@ -189,6 +189,7 @@ impl<'w, W: Write> Writer<'w, W> {
 
     /// Writes the faces that were seen, and the end.
     pub(super) fn finish(mut self) -> Result<Written> {
+        // Faces follow the lines, as only the lines tell which of them are seen.
         for at in 0..self.frame.sources().len() {
             let (frame, seen, shaded) = (&self.frame, &self.seen, self.options.shaded);
             let places = seen.places(frame, at);
@@ -251,6 +252,7 @@ fn baked(source: &Source) -> Source {
 fn pack(image: &SpanImage, run: Range<u32>) -> Result<Vec<Packed>> {
     let mut packed = Vec::new();
     let mut first = run.start;
+    // New encoders for each block: no block needs the last line of another to be read.
     let new = || (Encoder::<Span>::new(), Encoder::<Segment>::new(), Encoder::<Cut>::new());
     let (mut spans, mut layers, mut cuts) = new();
     let has_cuts = !image.cuts().items().is_empty();
