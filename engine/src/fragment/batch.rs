@@ -382,6 +382,7 @@ impl<'v> Fragments<'v> {
             self.alpha.resize(self.len(), 1.0);
         }
         if wanted.contains(Columns::FACING) {
+            // All or none: a column is as long as the batch.
             let cards: Option<Vec<Card>> =
                 self.ordinal.iter().map(|ordinal| surfaces.card(*ordinal)).collect();
             self.cards = cards.unwrap_or_default();

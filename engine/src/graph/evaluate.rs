@@ -166,8 +166,8 @@ impl Run {
             .iter()
             .map(|at| state.held[*at].as_ref().map(|held| held.value.clone()))
             .collect();
-        // After a failure values are left that nobody waited for to the end: they may serve the
-        // next run.
+        // What was wanted is still held, and after a failure all that was made by then. The next
+        // evaluation may use it.
         for held in state.held.iter_mut().filter_map(Option::take) {
             self.keep(held);
         }
@@ -345,6 +345,7 @@ impl<'a> Evaluation<'a> {
             return Err(Error::Cancelled);
         }
         let mut value = made.unwrap_or_else(|panic| Err(panicked(&*panic)))?;
+        // Those that were read on the way, beside the ones that the node names.
         let files = watch.files();
         value.key.get_or_insert_with(|| {
             let mut whole = KeyHasher::new("made");
@@ -456,6 +457,7 @@ impl State {
         if let Some((key, _)) = &held.made
             && self.busy.get(key).is_some_and(|(holder, _)| *holder == at)
         {
+            // From here on, who wants this content finds it in the cache or makes it again.
             self.busy.remove(key);
         }
         Some(held)

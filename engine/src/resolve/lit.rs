@@ -335,6 +335,7 @@ impl<'a> Shadows<'a> {
             let left = |[top, bottom]: [f64; 2]| {
                 left_of(top - f64::from(column), bottom - f64::from(column), 1.0)
             };
+            // As covers are found: what lies left of the end, less what lies left of the start.
             let part = left(end) - left(start);
             if part <= 0.0 {
                 continue;

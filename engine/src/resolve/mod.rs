@@ -249,6 +249,7 @@ fn paint(
     if wants_color {
         image.check_worlds()?;
     }
+    // Only rules that divide pixels ask for faces that no line has met.
     let index = rule.tolerance().map(|_| Index::new(image));
     let window = framing.window();
     let mut wanted = Vec::new();

@@ -117,6 +117,7 @@ impl<'a> Refiner<'a> {
                 open.iter().flat_map(wanted).filter(|probe| inside.contains(&probe.y)).collect();
             let made = self.image.probed(&probes).expect("what made the image makes it again");
             let Some(made) = made else { return Vec::new() };
+            // Counts probes, not parts: beyond the raster none was asked for.
             let mut k = 0;
             for at in &open {
                 let work = &mut all[*at];
@@ -223,6 +224,8 @@ impl<'a> Refiner<'a> {
             strip.top.push(place(ends[0]));
             strip.bottom.push(place(ends[1]));
         };
+        // Left of the raster there is nothing. Left of any other pixel its first face goes on: only
+        // the pixel counts.
         let left_end = line[0].x == 0;
         strip.begin(weight, y, if left_end { FaceId::NONE } else { line[0].face });
         if left_end {

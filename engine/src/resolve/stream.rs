@@ -308,6 +308,8 @@ impl<'a> Stream<'a> {
             return;
         }
         let first = gathered.batches.len();
+        // Shaded before any is blended: a face is one fragment of a pixel, in however many stacks
+        // it lies.
         let layered: Vec<Fragments<'_>> = gathered
             .layered
             .iter()

@@ -124,6 +124,7 @@ impl Strip {
     /// The places of the faces seen in the pixel at `x`, wherever the cursor is.
     fn range_at(&self, x: f64) -> Range<usize> {
         let first = |ends: &[f64], x: f64| ends[1..].partition_point(|end| *end <= x);
+        // Boundaries lean: a face may reach into the pixel at one end of the strip only.
         let from = first(&self.top, x).min(first(&self.bottom, x));
         let to = first(&self.top, x + 1.0).max(first(&self.bottom, x + 1.0));
         from.min(self.faces.len() - 1)..(to + 1).min(self.faces.len())

@@ -113,6 +113,7 @@ pub fn envelope(
             }
         }
         _ => {
+            // Divided anywhere the line would be the same, as "nearer" is a total order.
             let (front, back) = segments.split_at(segments.len() / 2);
             let (mut a, mut b) = (Vec::new(), Vec::new());
             envelope(front, cells, on_line, &mut a);

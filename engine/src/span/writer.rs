@@ -139,6 +139,8 @@ impl SpanWriter {
         let range = plan.lines(&rows);
         let first = range.start;
         let frame = SpanImage::frame(view, plan, rows, vec![source])?;
+        // What is translucent hides nothing: it takes no part in the envelope, and is clipped by
+        // it.
         let opaque = |(_, id): &&(Range<u32>, FaceId)| !frame.face(*id).1.is_translucent;
         let lines = Lines::compute(range.clone(), |k, out| {
             let y = plan.y(k);

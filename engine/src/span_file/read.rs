@@ -108,8 +108,7 @@ impl SpanFile {
         }
         // Other programs may write sources in any order; an image has them in one.
         sources.sort_by(|a, b| a.1.order(&b.1));
-        // Equal sources would be united by the next merge, and their ids would no longer be those
-        // of the lines.
+        // No two sources of an image are equal: a merge would have united them.
         if let Some(pair) = sources.windows(2).find(|pair| pair[0].1.order(&pair[1].1).is_eq()) {
             return Err(
                 first.fault(path, format!("the source \"{}\" is there twice", pair[0].1.label))
@@ -118,6 +117,7 @@ impl SpanFile {
         let mut place_of = vec![0; sources.len()];
         sources.iter().enumerate().for_each(|(place, (at, _))| place_of[*at] = place);
         let sources = sources.into_iter().map(|(_, source)| source).collect();
+        // The sources alone, over no rows: lines are read when they are asked for.
         let frame =
             SpanImage::frame(view, plan, rows.start..rows.start, sources).map_err(in_head)?;
         let frame = frame.with_limits(head.limits());

@@ -134,6 +134,7 @@ impl<'w, W: Write> Writer<'w, W> {
             origins.borrow_mut().extend(scene(&*source.surfaces));
         }
         for (scene, origin) in origins.into_inner() {
+            // Sources of one scene share it: its contents are embedded once.
             let place = head.scenes.iter().position(|known| *known == scene);
             if let Some(place) =
                 place.filter(|place| scene.embedded && !contents.contains_key(place))
@@ -233,6 +234,7 @@ fn looks_of(frame: &SpanImage, seen: &Seen, at: usize, places: &[u32], shaded: b
     let object = |ordinal| source.surfaces.object(ordinal);
     if shaded {
         source.shade(&mut fragments, &Anywhere);
+        // The stored colour is lit, and no light is to be added to it again.
         fragments.unlit = vec![true; fragments.len()];
         let differs = |ordinal| !source.shades_alike(ordinal) || varies(&*source.surfaces, ordinal);
         looks(&fragments, differs, object)

@@ -133,6 +133,7 @@ pub(super) fn compile(
     }
     let Compiler { ops, patterns, .. } = compiler;
     let mut made = Compiled { ops, places: Vec::new(), patterns, outputs };
+    // Places come last, as they depend on which instructions are left.
     made.drop_unused();
     made.fuse();
     made.place();
@@ -289,12 +290,15 @@ impl Compiler<'_> {
     }
 
     fn value(&mut self, expr: &Expr, names: &Names) -> Result<Value, Fault> {
+        // Functions are written out where they are called. A few that each call another twice make
+        // a short text very long.
         self.visits += 1;
         if self.visits > MOST_VISITS {
             let message = "the program is too long with its functions written out where they are \
                            called";
             return Err(Fault::new(expr.at, message.to_owned()));
         }
+        // The compiler calls itself as deep as expressions lie inside each other, and stacks end.
         if self.inside >= MOST_INSIDE {
             let message = format!(
                 "more than {MOST_INSIDE} operations inside each other: give parts of them names"

@@ -392,6 +392,7 @@ impl Casters {
         if let Some((_, grid)) = known {
             return grid.clone();
         }
+        // Made under the lock: whoever asks meanwhile waits for it, and does not make another.
         let grid = Arc::new(Grid::new(self, voxels));
         grids.push((*voxels, grid.clone()));
         grid

@@ -142,6 +142,7 @@ impl<'a> Setup<'a> {
         let outline = mesh.outline(at);
         let (support, is_front) = self.geometry.support_of(at);
         let (plane, faces_viewer) = self.planes[support];
+        // Faces that share a plane may look to either side of it.
         let sees_front = faces_viewer == is_front;
         if self.scene.is_culled(self.instance, at, sees_front) {
             return Ok(());

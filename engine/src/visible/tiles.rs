@@ -145,6 +145,7 @@ impl<'a> Solver<'a> {
             if self.is_hidden(entry) {
                 continue;
             }
+            // Only from here on the face itself is looked at.
             let candidate = Candidate::new(self.frame, entry.face);
             let on_line = self.on_lines(band, &candidate);
             if candidate.face.is_monotone {
@@ -406,6 +407,8 @@ fn insert_line(
                 push(scratch, shared.start, new);
             } else {
                 let division = new.divide(&old.on_line, shared.clone());
+                // [N] fig. 6: over the shared cells both are straight lines of depth, which change
+                // places once at most.
                 let (left, right) = if division.first_wins_left {
                     (new, &old.on_line)
                 } else {
@@ -459,6 +462,7 @@ fn farthest(band: &Band, tile: &Tile, cells: &Range<u32>, raster: Raster) -> f64
     for line in tile.lines.iter().zip(band.y).filter(|(_, y)| y.is_finite()).map(|(line, _)| line) {
         for (i, seen) in line.iter().enumerate() {
             if seen.is_background() {
+                // In front of background any face is seen.
                 return f64::NEG_INFINITY;
             }
             let end = line.get(i + 1).map_or(cells.end, |next| next.x);
