@@ -229,6 +229,8 @@ impl<'v> Fragments<'v> {
     /// From where a fragment at a point is seen, as cards turn to it.
     pub fn seen_from(&self, i: usize, point: DVec3) -> Toward {
         match &self.sight {
+            // As the ray met the card: rays turn cards to where they come from, all in one
+            // direction.
             Some(sight) => Toward::Direction(sight.from[i] - point),
             None => Toward::eye(self.view),
         }
@@ -276,6 +278,7 @@ impl<'v> Fragments<'v> {
         let (steps, along) = match &self.sight {
             Some(sight) => {
                 let along = (position - sight.from[i]).normalize_or(-normal);
+                // A ray has no right and no down: any two directions across it serve.
                 let (u, v) = along.any_orthonormal_pair();
                 ([u, v].map(|side| side * f64::from(sight.width[i])), along)
             }

@@ -46,6 +46,7 @@ impl Shading {
     /// A shader that is applied to sources; `world` is what it sees of them if it looks around.
     pub fn new(shader: Arc<dyn Shader>, world: impl FnOnce() -> Arc<World>) -> Shading {
         let looks = shader.reads().meets(Columns::WORLD | Columns::TRACED);
+        // Who does not look around pays for no world, and its key does not change with one.
         let world = looks.then(world);
         let key = Shading::key(&*shader, world.as_deref());
         Shading { shader, world, key }
@@ -296,6 +297,7 @@ fn run(
                 shading.shader.shade(fragments, &around);
             }
             Stage::Place(_) => {
+                // The list has the last move first, so this is the next one.
                 if let Some(place) = places.pop() {
                     fragments.go_to(place);
                 }

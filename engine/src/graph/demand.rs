@@ -151,6 +151,7 @@ fn plan_one(
     let mut upstream = Upstream::new(&graph.names, &graph.directory);
     let passes = checked.node.passes();
     match &passes {
+        // What returns its input unchanged asks of it just what it is asked itself.
         Some(target) => upstream.ask_any(target, demand.boxed()),
         None => checked
             .node

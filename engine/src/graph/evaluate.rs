@@ -388,6 +388,7 @@ impl<'a> Evaluation<'a> {
         key.bytes(node.kind.name.as_bytes());
         key.value(&node.nameless);
         key.value(&instance.demand.json());
+        // Of inputs only keys count: they say all that the values were made of.
         for (_, value) in values {
             key.key(value.key.expect("every value got a key when it was made"));
         }

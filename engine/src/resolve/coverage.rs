@@ -214,6 +214,8 @@ impl<'a> Coverage<'a> {
             (*top, *bottom) = (place(from), place(to));
         }
         if !matches!(rule, Rule::Sampled(..)) {
+            // A share that takes a part of the strip is shaded in the middle of that part. Sampled
+            // lines are shaded on the line itself.
             strip.y += ((from + to) / 2.0 - 0.5) / f64::from(image.plan().per_row);
         }
         strip.end();

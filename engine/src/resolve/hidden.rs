@@ -79,6 +79,7 @@ impl<'a> Hidden<'a> {
                 Stage::Place(_) | Stage::Kept(_) => Hiding::Keeps,
             });
             let is_held = source.matte.is_some() || !source.held.is_empty();
+            // A matte dims what it holds, and what it holds then lets through what was hidden.
             if is_held { Hiding::Changes } else { does.max().unwrap_or(Hiding::Keeps) }
         };
         let all: Vec<Hiding> = image.sources().iter().map(|source| hiding(source)).collect();

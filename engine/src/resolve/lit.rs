@@ -92,6 +92,7 @@ impl<'a> Shadows<'a> {
     pub(super) fn lit(&self, spots: &[Spot], casting: &Casting<'_>) -> Vec<f32> {
         let key = self.key(casting);
         let mut lit = Vec::with_capacity(spots.len());
+        // Spots come row by row, so that a row is looked up once.
         let mut known: Option<(u32, Arc<Row>)> = None;
         for spot in spots {
             let row = match known.take().filter(|(row, _)| *row == spot.row) {
@@ -129,6 +130,7 @@ impl<'a> Shadows<'a> {
             if beside == self.reach {
                 return 1.0;
             }
+            // By doubling: a few looks, however far the face's nearest line is.
             beside = (2 * beside + 1).min(self.reach);
             columns = around(&(spot.column..spot.column + 1), beside, &self.whole);
         }

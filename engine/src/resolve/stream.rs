@@ -120,6 +120,7 @@ impl Batch for Place<'_> {
 
     fn pieces(&self, fragment: usize) -> Vec<Piece> {
         let source = &self.stream.image.sources()[self.group.source];
+        // Shaders work where faces were rendered, before every move of them.
         let (_, [right, down]) = stack::unmoved(&source.stack, &Plane::constant(1.0));
         let mut pieces = self.stream.shadows.pieces(&self.group.spots[fragment]);
         for piece in &mut pieces {
@@ -150,6 +151,7 @@ impl<'a> Stream<'a> {
     ) -> Stream<'a> {
         let reads: Vec<Columns> = image.sources().iter().map(|source| source.reads()).collect();
         let mut key = KeyHasher::new("fragments");
+        // All that gathering depends on beside the image, which the memo belongs to.
         key.value(&(rule, framing, &reads, channels));
         Stream {
             image,

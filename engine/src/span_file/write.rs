@@ -262,6 +262,7 @@ fn pack(image: &SpanImage, run: Range<u32>) -> Result<Vec<Packed>> {
         spans.line(image.lines().line(k));
         layers.line(image.layers().line(k));
         cuts.line(image.cuts().line(k));
+        // Bytes are known only after a line, so that a block may exceed the limit by one.
         if k + 1 == run.end || spans.bytes() + layers.bytes() + cuts.bytes() > BLOCK_BYTES {
             let mut raw = Vec::new();
             spans.finish(&mut raw);

@@ -160,6 +160,7 @@ impl Limits {
         let [left, _, right, _] = view.window();
         let cells = raster.cell(left)..raster.cell(right);
         let (front, back) = view.depth_range();
+        // Where the front is the eye itself, or nothing limits the back, there is nothing to cut.
         let front = front.is_finite().then_some(front);
         let back = view.camera().back.is_some().then_some(back);
         let narrow = cells != (0..raster.cells());

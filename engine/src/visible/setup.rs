@@ -127,6 +127,8 @@ impl<'a> Setup<'a> {
         let count = self.geometry.mesh().face_count();
         let chunks = (0..count.div_ceil(CHUNK)).into_par_iter().map(|chunk| {
             watch.check()?;
+            // Chunks number the corners of one list of points, which is added to the whole table
+            // once.
             let mut table = FaceTableBuilder::over(points.len() as u32);
             for face in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
                 self.face(face, &points, &mut table)?;
@@ -270,6 +272,7 @@ impl Rings<'_, '_> {
     fn ring(&mut self, ring: &[u32], mut extent: Option<&mut Extent>) -> Result<Vec<u32>> {
         let vertices: Vec<Homogeneous> =
             ring.iter().map(|corner| self.setup.vertices[*corner as usize]).collect();
+        // Nothing to cut: neighbours go on sharing their corners.
         if ring.iter().all(|corner| !self.points[*corner as usize].x.is_nan()) {
             if let Some(extent) = extent.as_deref_mut() {
                 for (corner, vertex) in ring.iter().zip(&vertices) {
