@@ -159,6 +159,8 @@ impl Held {
         let mut out = Vec::new();
         while self.kept > 0 && self.kept + self.used > self.limit {
             let Some((place, (shelf, key, part))) = self.order.pop_first() else { break };
+            // The level rises to the worth of what goes. Those that are used from now on stand
+            // above it, and what was dear but is not used any more sinks below them.
             self.level = f64::from_bits(place.0);
             let items = self.shelves.get_mut(&shelf);
             if let Some(entry) = items.and_then(|items| items.remove(&(key, part))) {
@@ -182,6 +184,7 @@ impl Shelf {
         let mut held = self.cache.held();
         let entry = held.shelves.get(&self.number)?.get(&(key, part))?;
         let (old, rate) = (entry.place, entry.seconds_per_byte);
+        // Used again: its worth counts from the level that there is now.
         let place = held.place(rate);
         held.order.remove(&old);
         held.order.insert(place, (self.number, key, part));
@@ -219,6 +222,7 @@ impl Shelf {
         if let Some(known) = self.get(key, part).and_then(|item| item.downcast().ok()) {
             return known;
         }
+        // Made without a lock: two threads may make the same at once, and the first to end is kept.
         let clock = Instant::now();
         let (made, bytes) = make();
         let made = Arc::new(made);

@@ -229,6 +229,8 @@ impl<'v> Fragments<'v> {
     /// From where a fragment at a point is seen, as cards turn to it.
     pub fn seen_from(&self, i: usize, point: DVec3) -> Toward {
         match &self.sight {
+            // As the ray met the card: rays turn cards to where they come from, all in one
+            // direction.
             Some(sight) => Toward::Direction(sight.from[i] - point),
             None => Toward::eye(self.view),
         }
@@ -276,6 +278,7 @@ impl<'v> Fragments<'v> {
         let (steps, along) = match &self.sight {
             Some(sight) => {
                 let along = (position - sight.from[i]).normalize_or(-normal);
+                // A ray has no right and no down: any two directions across it serve.
                 let (u, v) = along.any_orthonormal_pair();
                 ([u, v].map(|side| side * f64::from(sight.width[i])), along)
             }
@@ -290,6 +293,7 @@ impl<'v> Fragments<'v> {
         // Seen edge-on it would reach to the horizon.
         let across =
             if across.abs() < LEAST_ACROSS { LEAST_ACROSS.copysign(across) } else { across };
+        // A step across the way, led along it until it lies in the plane of the face.
         steps.map(|step| step - along * (normal.dot(step) / across))
     }
 
@@ -336,6 +340,8 @@ impl<'v> Fragments<'v> {
             let mut sums = vec![Color::BLACK; count];
             for (part, (at, _, share)) in parts.iter().enumerate() {
                 if alpha[*at] > 0.0 {
+                    // Colours come without alpha here. Weighed by area alone, what is transparent
+                    // would tint the rest.
                     let weight = of.alpha[part] * share / alpha[*at];
                     sums[*at] = sums[*at] + colors[part] * weight;
                 }
@@ -379,6 +385,7 @@ impl<'v> Fragments<'v> {
             self.alpha.resize(self.len(), 1.0);
         }
         if wanted.contains(Columns::FACING) {
+            // All or none: a column is as long as the batch.
             let cards: Option<Vec<Card>> =
                 self.ordinal.iter().map(|ordinal| surfaces.card(*ordinal)).collect();
             self.cards = cards.unwrap_or_default();

@@ -46,6 +46,7 @@ impl Shading {
     /// A shader that is applied to sources; `world` is what it sees of them if it looks around.
     pub fn new(shader: Arc<dyn Shader>, world: impl FnOnce() -> Arc<World>) -> Shading {
         let looks = shader.reads().meets(Columns::WORLD | Columns::TRACED);
+        // Who does not look around pays for no world, and its key does not change with one.
         let world = looks.then(world);
         let key = Shading::key(&*shader, world.as_deref());
         Shading { shader, world, key }
@@ -138,6 +139,7 @@ pub fn unmoved(stack: &[Stage], plane: &Plane) -> (Plane, [f64; 2]) {
     for stage in stack.iter().rev() {
         if let Stage::Place(Placement { x, y, scale, offset }) = stage {
             let Plane { a, b, c } = at.0;
+            // `plane` backwards, with the slopes that the plane has after the move.
             let c = c + a * x + b * y - offset;
             at.0 = Plane { a: a / scale, b: b / scale, c: c / scale };
             at.1 = [at.1[0] + x, at.1[1] + y];
@@ -192,6 +194,7 @@ pub fn shade(
         run(stack, places, batch, fragments);
         return;
     }
+    // From here on each part is a fragment of its own, at its fragment's place.
     let widen = |column: &Vec<f64>| parts.iter().map(|(at, ..)| column[*at]).collect();
     let wide_places = places.iter().map(|place| place.each_ref().map(widen)).collect();
     let mut wide = fragments.parts(&parts);
@@ -199,6 +202,7 @@ pub fn shade(
     wide.fill(reads(stack), surfaces);
     run(stack, wide_places, &Divided { outer: batch, parts: &parts }, &mut wide);
     fragments.unite(&wide, &parts);
+    // The parts went through the moves; their fragments go straight to the end of them.
     if let Some(last) = places.into_iter().next() {
         fragments.go_to(last);
     }
@@ -213,6 +217,7 @@ pub fn paint(
 ) -> Painted {
     let chosen: Vec<Share> = which.iter().map(|at| (*at, None, 1.0)).collect();
     let mut some = fragments.parts(&chosen);
+    // Pictures lie on surfaces, so they are looked at where these were rendered, before every move.
     undo(stack, &mut some);
     let parts = surfaces.divide(&some);
     let wanted = Painted::COLUMNS.into_iter().filter(|columns| reads(stack).contains(*columns));
@@ -292,6 +297,7 @@ fn run(
                 shading.shader.shade(fragments, &around);
             }
             Stage::Place(_) => {
+                // The list has the last move first, so this is the next one.
                 if let Some(place) = places.pop() {
                     fragments.go_to(place);
                 }

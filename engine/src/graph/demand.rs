@@ -58,6 +58,7 @@ impl Plan {
         }
         let mut plan = Plan { instances: Vec::new(), wanted: vec![0; wishes.0.len()] };
         for node in &graph.order {
+            // Users come before what they use: by now all that is asked of this node is known.
             let asks = std::mem::take(&mut asked[*node]);
             for (demand, users) in merged(asks) {
                 let at = plan.instances.len();
@@ -153,6 +154,7 @@ fn plan_one(
     let mut upstream = Upstream::new(&graph.names, &graph.directory);
     let passes = checked.node.passes();
     match &passes {
+        // What returns its input unchanged asks of it just what it is asked itself.
         Some(link) => upstream.ask_any(*link, demand.boxed()),
         None => checked
             .node
@@ -161,6 +163,7 @@ fn plan_one(
     }
     let mut inputs = Vec::new();
     for (number, ask::Ask { by, of, demand }) in upstream.asks.into_iter().enumerate() {
+        // The instance is filled in when it is the input's turn.
         inputs.push((by, usize::MAX));
         asked[of].push(Ask { by: User::Input(at, number), demand });
     }

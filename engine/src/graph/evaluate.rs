@@ -167,6 +167,8 @@ impl Run {
             .iter()
             .map(|at| state.held[*at].as_ref().map(|held| held.value.clone()))
             .collect();
+        // What was wanted is still held, and after a failure all that was made by then. The next
+        // evaluation may use it.
         for held in state.held.iter_mut().filter_map(Option::take) {
             self.keep(held);
         }
@@ -341,10 +343,12 @@ impl<'a> Evaluation<'a> {
             catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*instance.demand, &inputs)))
         });
         let seconds = clock.elapsed().as_secs_f64();
+        // Whatever came back may be half done.
         if watch.is_stopped() {
             return Err(Error::Cancelled);
         }
         let mut value = made.unwrap_or_else(|panic| Err(panicked(&*panic)))?;
+        // Those that were read on the way, beside the ones that the node names.
         let files = watch.files();
         value.key.get_or_insert_with(|| {
             let mut whole = KeyHasher::new("made");
@@ -361,6 +365,7 @@ impl<'a> Evaluation<'a> {
     fn begin(&self, key: Key, at: usize) -> Start {
         let mut state = self.state();
         let State { busy, held, .. } = &mut *state;
+        // Two nodes of one content: the first computes it, and others take its value or wait.
         match busy.get_mut(&key) {
             Some((holder, waiting)) => match &held[*holder] {
                 Some(held) => Start::Known(held.again()),
@@ -386,6 +391,7 @@ impl<'a> Evaluation<'a> {
         key.bytes(node.kind.name.as_bytes());
         key.value(&node.nameless);
         key.value(&instance.demand.json());
+        // Of inputs only keys count: they say all that the values were made of.
         for (_, value) in values {
             key.key(value.key.expect("every value got a key when it was made"));
         }
@@ -455,6 +461,7 @@ impl State {
         if let Some((key, _)) = &held.made
             && self.busy.get(key).is_some_and(|(holder, _)| *holder == at)
         {
+            // From here on, who wants this content finds it in the cache or makes it again.
             self.busy.remove(key);
         }
         Some(held)

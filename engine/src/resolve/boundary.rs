@@ -118,6 +118,8 @@ impl<'a> Boundaries<'a> {
             bottom.push(below);
         }
         let width = f64::from(self.raster.width);
+        // A boundary that crosses any other crosses its neighbour: in order at both ends means
+        // apart in the whole strip.
         if !(top[start..].is_sorted() && bottom[start..].is_sorted()) {
             let middle = line[1..].iter().map(|span| self.raster.pixels(span.x));
             separate(&middle.collect::<Vec<_>>(), width, &mut top[start..], &mut bottom[start..]);
@@ -167,6 +169,8 @@ impl<'a> Boundaries<'a> {
         let beginning = new.iter().filter(|id| !old.contains(id));
         let gone = cut::at(cuts, cell).iter().map(|cut| &cut.face);
         let mut owners = ending.chain(beginning).chain(gone.clone());
+        // Edges first: they are known by the very cell that visibility rounded them to. Seams are
+        // known within a tolerance only.
         if let Some(edge) = owners.clone().find_map(|id| self.edge_at(*id, cell, y, 0)) {
             return Passing::Edge(edge, edge.slope());
         }
@@ -197,6 +201,8 @@ impl<'a> Boundaries<'a> {
     /// The edge that parted two faces on the last line, if this one crosses it at a cell.
     #[inline(always)]
     fn known(&mut self, faces: (FaceId, FaceId), cell: u32, y: f64) -> Option<Between> {
+        // Edges keep their order from line to line, so the search goes on where the last one was
+        // found. A few that have ended are passed over.
         let near = self.last.get(self.cursor..)?.iter().take(LOOK_AHEAD);
         let at = near.clone().position(|known| (known.left, known.right) == faces)?;
         let known = self.last[self.cursor + at];
@@ -247,6 +253,7 @@ impl<'a> Boundaries<'a> {
             limits.flat_map(|limit| left.iter().chain(right).map(move |id| (plane(id), limit)));
         met.chain(cut).find_map(|(p, q)| {
             let (a, b, c) = (p.a - q.a, p.b - q.b, p.c - q.c);
+            // Both depths are affine: they are equal where a x + b y + c is 0.
             let meets = -(b * y + c) / a;
             let slope = -b / a;
             // What is left of numbers that nearly cancel: planes that all but coincide meet where the
@@ -267,6 +274,7 @@ impl Near {
             let meets = |edge: &&Edge| edge.crosses(y) && at(edge).abs_diff(cell) <= slack;
             return self.edges.iter().find(meets).copied();
         }
+        // Sorted once for a line, and searched for each of its boundaries.
         if self.y != y {
             let crossing = self.edges.iter().zip(0u32..).filter(|(edge, _)| edge.crosses(y));
             self.crossings.clear();

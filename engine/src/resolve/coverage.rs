@@ -124,6 +124,8 @@ impl<'a> Coverage<'a> {
         let all = plan.lines(&(0..self.image.view().raster().height));
         let mut shares = shares(self.rule, plan, self.framing, row, all.end);
         let count = shares.len();
+        // The strips above and below the row stand behind its own. They weigh nothing and are only
+        // compared with.
         let beside = if self.doubt.is_some() { beside(&shares, all.end) } else { [None; 2] };
         shares.extend(beside.into_iter().flatten());
         let lines = shares.iter().filter_map(|share| share.line);
@@ -160,6 +162,8 @@ impl<'a> Coverage<'a> {
             let face = strips.first().map_or(FaceId::NONE, Strip::face);
             // Whole pixels only: the conversion cuts off the rest.
             let end = run as u32;
+            // [N] eq. 5, [x_k] < i < [x_(k+1)], for all lines of the row and any number of pixels
+            // at once.
             if whole && end > pixel && strips.iter().all(|strip| strip.face() == face) {
                 let y = strips.iter().map(|strip| strip.weight * strip.y).sum();
                 out.push(Cover { face, start: pixel, end, area: 1.0, x: x + 0.5, y });
@@ -189,6 +193,7 @@ impl<'a> Coverage<'a> {
         match rule {
             Rule::Sampled(..) => {
                 strip.top.extend(line[1..].iter().map(|span| raster.pixels(span.x)));
+                // The first two stand left of all spans and are in both already.
                 strip.bottom.extend_from_slice(&strip.top[2..]);
             }
             _ => boundaries.of_line(k, line, stacks, &mut strip.top, &mut strip.bottom),
@@ -200,6 +205,8 @@ impl<'a> Coverage<'a> {
         let (from, to) = share.strip;
         for (top, bottom) in strip.top.iter_mut().zip(&mut strip.bottom).skip(1) {
             let (above, below) = (*top, *bottom);
+            // [N], "Regeneration of images with scaling": intersections are multiplied by the
+            // scale, and visibility is not solved again.
             let place = |t: f64| {
                 let x = if above == below { above } else { above + (below - above) * t };
                 x * framing.scale.x + framing.pan.x
@@ -207,6 +214,8 @@ impl<'a> Coverage<'a> {
             (*top, *bottom) = (place(from), place(to));
         }
         if !matches!(rule, Rule::Sampled(..)) {
+            // A share that takes a part of the strip is shaded in the middle of that part. Sampled
+            // lines are shaded on the line itself.
             strip.y += ((from + to) / 2.0 - 0.5) / f64::from(image.plan().per_row);
         }
         strip.end();
@@ -252,6 +261,9 @@ impl Reach {
                     end if end.0 > most.0 && i + 1 < strip.faces.len() => most,
                     end => end,
                 };
+                // [N] eqs. 3, 4 and 6: what lies left of x_(k+1) in the pixel, less what lies left
+                // of x_k. The cut at the pixel's sides makes one formula of the three cases; the
+                // weight is d_j.
                 let area = (after - before) * strip.weight;
                 if area != 0.0 {
                     let (across, down) = middle(strip, i, x, width, (left + right) / 2.0);
@@ -291,6 +303,7 @@ impl Reach {
 /// ends within the strip is shaded where the face is.
 #[inline(always)]
 fn middle(strip: &Strip, i: usize, x: f64, width: f64, straight: f64) -> (f64, f64) {
+    // The corners of a trapezoid, clockwise from the upper left; its height runs from -1/2 to 1/2.
     let sides = [strip.top[i], strip.top[i + 1], strip.bottom[i + 1], strip.bottom[i]];
     let [a, b, c, d] = sides.map(|at| at - x);
     if (a == d && b == c) || !(a + b + c + d).is_finite() {
@@ -303,6 +316,7 @@ fn middle(strip: &Strip, i: usize, x: f64, width: f64, straight: f64) -> (f64, f
         if sum <= 1e-9 {
             return (straight, 0.0);
         }
+        // Its centroid in closed form.
         let across = (b * b + b * c + c * c - a * a - a * d - d * d) / (3.0 * sum);
         return (across, (below - above) / (6.0 * sum));
     }
@@ -330,6 +344,7 @@ fn middle(strip: &Strip, i: usize, x: f64, width: f64, straight: f64) -> (f64, f
         }
         last = at;
     }
+    // Twice the area and six times the moments, as sums over the sides.
     let (mut area, mut across, mut down) = (0.0, 0.0, 0.0);
     for k in 0..count {
         let ((px, py), (qx, qy)) = (corners[k], corners[(k + 1) % count]);
@@ -352,6 +367,8 @@ fn add(out: &mut Vec<Cover>, masses: &mut Masses, first: usize, piece: Cover) {
     match out[first..].iter().position(|cover| cover.face == piece.face) {
         Some(at) => {
             let cover = &mut out[first + at];
+            // Middles are weighed without signs. Where a filter has weights below 0, a mean with
+            // signs could lie far outside the pixel.
             masses[at] += mass;
             let t = mass / masses[at];
             cover.x += (piece.x - cover.x) * t;

@@ -80,10 +80,14 @@ impl<'a> Doubt<'a> {
             while let Some((_, y)) = events.next_if(|event| event.0 == pixel) {
                 cuts.push(y);
             }
+            // Events of pixels that are good enough are taken off the list all the same: both go
+            // from left to right.
             if f64::from(*error) > refines.tolerance {
                 doubtful.push((pixel, cuts));
             }
         }
+        // Strips have weights, not heights. Added up from the row's top, those are where one ends
+        // and the next begins.
         let at = |y: f64| (y - self.framing.pan.y) / self.framing.scale.y;
         let mut ends = vec![at(f64::from(row))];
         let mut sum = 0.0;
@@ -117,12 +121,15 @@ impl<'a> Doubt<'a> {
                 whole &= strip.left_high <= x && *face.get_or_insert(strip.face()) == strip.face();
                 run = run.min(strip.right_low);
             }
+            // All lines show one face over whole pixels: nothing to disagree about.
             if whole && run as u32 > pixel {
                 pixel = run as u32;
                 continue;
             }
             let [above, below] = beside.each_ref().map(|strip| strip.as_deref());
             let all = above.into_iter().chain(strips.iter()).chain(below);
+            // Half of the distance between the middles of two strips is a quarter of their weights.
+            // What is beside the row weighs nothing.
             let apart = |(above, below): (&Strip, &Strip)| {
                 above.apart(below, x) * (above.weight + below.weight) / 4.0
             };

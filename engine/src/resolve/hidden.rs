@@ -79,6 +79,7 @@ impl<'a> Hidden<'a> {
                 Stage::Place(_) | Stage::Kept(_) => Hiding::Keeps,
             });
             let is_held = source.matte.is_some() || !source.held.is_empty();
+            // A matte dims what it holds, and what it holds then lets through what was hidden.
             if is_held { Hiding::Changes } else { does.max().unwrap_or(Hiding::Keeps) }
         };
         let all: Vec<Hiding> = image.sources().iter().map(|source| hiding(source)).collect();
@@ -144,9 +145,13 @@ impl<'a> Hidden<'a> {
             }
         }
         let count = lines.len() as u32;
+        // One face of each pixel in a round: surfaces are asked in batches, and no farther than
+        // each pixel needs.
         while self.ask(row, count, &entries, &mut columns) {}
         let mut unseen = vec![Vec::new(); self.borders.len() - 1];
         for (at, mut column) in columns {
+            // Faces were asked in the order of their least depths, of which `end` is the last. So
+            // what is nowhere nearer than `end` lies behind every one that was asked.
             let behind = entries[column.faces].iter().filter(|entry| entry.most < column.end);
             column.unseen.extend(behind.map(|entry| entry.face));
             column.unseen.sort_unstable();
@@ -176,6 +181,8 @@ impl<'a> Hidden<'a> {
                         continue;
                     }
                     let x = [raster.pixels(left), raster.pixels(right)];
+                    // Over the strip that the line stands for: a face that leans changes its depth
+                    // within it.
                     let (least, most) = plane.range(x, [y - half, y + half]);
                     let whole = u32::from(*start <= left && *end >= right);
                     let column = column as u32;
@@ -207,6 +214,8 @@ impl<'a> Hidden<'a> {
                 continue;
             }
             let rest = entries[column.next..column.faces.end].iter();
+            // A face that leaves a part of the pixel open hides nothing for certain, and is passed
+            // over.
             let Some(skipped) = rest.clone().position(|entry| entry.whole == lines) else {
                 column.next = column.faces.end;
                 continue;

@@ -30,6 +30,7 @@ fn compute(image: &SpanImage, all: bool) -> Intensities {
     let watch = Watch::current();
     let shade = |batch| if watch.is_stopped() { Vec::new() } else { shade(image, batch, all) };
     let shaded: Vec<(FaceId, Paint)> = visible
+        // Ids ascend, so faces of one source stand together. A shader is given those of one source.
         .par_chunk_by(|a, b| image.locate(a.0).0 == image.locate(b.0).0)
         .flat_map(|of_source| of_source.par_chunks(BATCH).map(&shade))
         .flatten_iter()
@@ -48,6 +49,8 @@ fn shade(image: &SpanImage, batch: &[(FaceId, u32, u32)], all: bool) -> Vec<(Fac
     let mut faces = Vec::new();
     for (id, k, cell) in batch {
         let (_, face) = image.face(*id);
+        // [N] stores an intensity at each intersection; of a face that looks the same all over, one
+        // place stands for all.
         if all || source.shades_alike(face.ordinal) {
             let seen = DVec2::new(image.view().raster().pixels(*cell), image.plan().y(*k));
             let own = || source.faces.place(face, image.view().raster()).unwrap_or(seen);

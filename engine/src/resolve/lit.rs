@@ -92,6 +92,7 @@ impl<'a> Shadows<'a> {
     pub(super) fn lit(&self, spots: &[Spot], casting: &Casting<'_>) -> Vec<f32> {
         let key = self.key(casting);
         let mut lit = Vec::with_capacity(spots.len());
+        // Spots come row by row, so that a row is looked up once.
         let mut known: Option<(u32, Arc<Row>)> = None;
         for spot in spots {
             let row = match known.take().filter(|(row, _)| *row == spot.row) {
@@ -129,6 +130,7 @@ impl<'a> Shadows<'a> {
             if beside == self.reach {
                 return 1.0;
             }
+            // By doubling: a few looks, however far the face's nearest line is.
             beside = (2 * beside + 1).min(self.reach);
             columns = around(&(spot.column..spot.column + 1), beside, &self.whole);
         }
@@ -222,6 +224,8 @@ impl<'a> Shadows<'a> {
         let shares = self.shares(row);
         let mut parts = Vec::new();
         let per_chunk = CHUNK * self.image.plan().per_row;
+        // Chunks begin at multiples of their lines from the raster's top, so that pictures of other
+        // windows and scales share them.
         let mut chunk: Option<(u32, Arc<shadow::Lines>)> = None;
         for share in &shares {
             let Some(k) = share.line else { continue };
@@ -250,6 +254,7 @@ impl<'a> Shadows<'a> {
             let range = self.image.lines().range();
             let lines = (at * per_chunk).max(range.start)..((at + 1) * per_chunk).min(range.end);
             let of_world = self.patches_key(casting.world);
+            // What receives is the same for all lights of a world, and is found once.
             let patches = memo.or_made((of_world, at), &self.watch, || {
                 let layers = self.seen_layers(lines.clone());
                 let of = |k: u32| &*layers[(k - lines.start) as usize];
@@ -313,6 +318,7 @@ impl<'a> Shadows<'a> {
     fn add(&self, shadow: &Dark, share: &Share, parts: &mut Vec<Part>) {
         let (Framing { scale, pan, .. }, columns) = (self.framing, &self.columns);
         let n = f64::from(self.image.plan().per_row);
+        // How far above and below its line the share's strip reaches, in pixels of the raster.
         let (from, to) = match self.rule {
             // Sampled lines are taken as they are.
             Rule::Sampled(..) => (0.0, 0.0),
@@ -331,6 +337,7 @@ impl<'a> Shadows<'a> {
             let left = |[top, bottom]: [f64; 2]| {
                 left_of(top - f64::from(column), bottom - f64::from(column), 1.0)
             };
+            // As covers are found: what lies left of the end, less what lies left of the start.
             let part = left(end) - left(start);
             if part <= 0.0 {
                 continue;

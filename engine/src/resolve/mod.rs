@@ -249,6 +249,7 @@ fn paint(
     if wants_color {
         image.check_worlds()?;
     }
+    // Only rules that divide pixels ask for faces that no line has met.
     let index = rule.tolerance().map(|_| Index::new(image));
     let window = framing.window();
     let mut wanted = Vec::new();
@@ -282,6 +283,8 @@ fn paint(
     let bands: Vec<(u32, Rows)> = (framing.rows.clone().step_by(BAND as usize))
         .map(|first| (first / BAND, first..framing.rows.end.min(first + BAND)))
         .collect();
+    // Each band gets its own slices of all channels: tasks write side by side without a lock, and
+    // no sum depends on which is first.
     let mut parts: Vec<Pixels<'_>> = bands.iter().map(|_| Pixels::default()).collect();
     let rows = BAND as usize * window.width as usize;
     deal(&mut color, rows, &mut parts, |part, i, values| part.color[i] = values);
@@ -311,11 +314,14 @@ fn paint(
         .par_iter()
         .zip(parts)
         .enumerate()
+        // A thread keeps its stream from band to band, and with it the memory of its rows.
         .map_init(stream, |stream, (at, ((band, rows), part))| {
             let ahead = ahead.as_ref().map(|ahead| &ahead[at]);
             stream.rows(*band, rows.clone(), ahead, part)
         })
         .collect();
+    // Surfaces are asked by value and have no way to fail there. What went wrong is asked for at
+    // the end.
     if let Some(fault) = image.sources().iter().find_map(|source| source.surfaces.fault()) {
         return Err(fault);
     }

@@ -92,6 +92,7 @@ impl<'a> Refiner<'a> {
             .map(|(pixel, cuts)| {
                 let x = f64::from(pixel);
                 let mut parts = Vec::new();
+                // More heights than there may be parts: those that lie close together count as one.
                 let finest = if cuts.len() > MOST { 1.0 / MOST as f64 } else { CONTENT };
                 for ends in ends.windows(2) {
                     let part = Part { top: ends[0], bottom: ends[1], strip: None };
@@ -110,10 +111,13 @@ impl<'a> Refiner<'a> {
                 let middle = |part: &Part| (part.top + part.bottom) / 2.0;
                 unknown.map(move |part| Probe { y: middle(part), cells: work.cells.clone() })
             };
+            // All pixels of the row ask at once, round by round: probes that are neighbours share
+            // their search.
             let probes: Arc<[Probe]> =
                 open.iter().flat_map(wanted).filter(|probe| inside.contains(&probe.y)).collect();
             let made = self.image.probed(&probes).expect("what made the image makes it again");
             let Some(made) = made else { return Vec::new() };
+            // Counts probes, not parts: beyond the raster none was asked for.
             let mut k = 0;
             for at in &open {
                 let work = &mut all[*at];
@@ -177,6 +181,8 @@ impl<'a> Refiner<'a> {
         if error <= content || work.parts.len() >= MOST {
             return false;
         }
+        // Each border's fair share of what is tolerated: if all together exceed it, at least one
+        // exceeds its own.
         let least = content / (2.0 * strips.len() as f64);
         let mut has_cut = false;
         let mut parts = Vec::with_capacity(work.parts.len() * 2);
@@ -218,6 +224,8 @@ impl<'a> Refiner<'a> {
             strip.top.push(place(ends[0]));
             strip.bottom.push(place(ends[1]));
         };
+        // Left of the raster there is nothing. Left of any other pixel its first face goes on: only
+        // the pixel counts.
         let left_end = line[0].x == 0;
         strip.begin(weight, y, if left_end { FaceId::NONE } else { line[0].face });
         if left_end {

@@ -95,6 +95,9 @@ impl<'a> Stacks<'a> {
             let face = if layers.is_empty() {
                 opaque
             } else {
+                // What lies over what, the opaque face included, is all that a stack is. Stacks
+                // that are alike share an id on all lines of a row, and so are one cover of a
+                // pixel.
                 layers.extend(opaque.is_some().then_some(opaque));
                 *ids.entry(layers).or_insert_with_key(|layers| {
                     known.push(layers.clone());

@@ -120,6 +120,7 @@ impl Batch for Place<'_> {
 
     fn pieces(&self, fragment: usize) -> Vec<Piece> {
         let source = &self.stream.image.sources()[self.group.source];
+        // Shaders work where faces were rendered, before every move of them.
         let (_, [right, down]) = stack::unmoved(&source.stack, &Plane::constant(1.0));
         let mut pieces = self.stream.shadows.pieces(&self.group.spots[fragment]);
         for piece in &mut pieces {
@@ -150,6 +151,7 @@ impl<'a> Stream<'a> {
     ) -> Stream<'a> {
         let reads: Vec<Columns> = image.sources().iter().map(|source| source.reads()).collect();
         let mut key = KeyHasher::new("fragments");
+        // All that gathering depends on beside the image, which the memo belongs to.
         key.value(&(rule, framing, &reads, channels));
         Stream {
             image,
@@ -219,6 +221,7 @@ impl<'a> Stream<'a> {
         gathered.touched.iter().for_each(|at| pixels.touched[*at as usize] = true);
         let mut most = gathered.most.clone();
         if self.wants_color() {
+            // [N] eq. 2 with stored intensities: no shader runs.
             for (face, first, count, area) in &gathered.alike {
                 let Some(paint) = self.intensities.of(*face) else { continue };
                 (*first..first + count).for_each(|at| add(&mut pixels, at as usize, paint, *area));
@@ -307,6 +310,8 @@ impl<'a> Stream<'a> {
             return;
         }
         let first = gathered.batches.len();
+        // Shaded before any is blended: a face is one fragment of a pixel, in however many stacks
+        // it lies.
         let layered: Vec<Fragments<'_>> = gathered
             .layered
             .iter()
@@ -332,6 +337,8 @@ impl<'a> Stream<'a> {
                     }
                     continue;
                 }
+                // Members come from front to back, so only mattes that lie before this one were
+                // counted.
                 for Held { by, inside } in &known.held {
                     let past = mattes.iter().find(|(matte, _)| matte == by).map_or(1.0, |m| m.1);
                     alpha *= if *inside { 1.0 - past } else { past };

@@ -34,6 +34,7 @@ pub(super) fn left_of(top: f64, bottom: f64, width: f64) -> f64 {
     if top >= width && bottom >= width {
         return width;
     }
+    // The difference below would have no digits left.
     if (bottom - top).abs() < 1e-9 {
         return top.clamp(0.0, width);
     }
@@ -74,6 +75,7 @@ impl Strip {
     /// Goes to the face at a pixel.
     #[inline(always)]
     pub(super) fn go_to(&mut self, x: f64) {
+        // The last face ends at infinity, so that this does not run off the end.
         while self.right_high <= x {
             self.cursor += 1;
             self.look();
@@ -122,6 +124,7 @@ impl Strip {
     /// The places of the faces seen in the pixel at `x`, wherever the cursor is.
     fn range_at(&self, x: f64) -> Range<usize> {
         let first = |ends: &[f64], x: f64| ends[1..].partition_point(|end| *end <= x);
+        // Boundaries lean: a face may reach into the pixel at one end of the strip only.
         let from = first(&self.top, x).min(first(&self.bottom, x));
         let to = first(&self.top, x + 1.0).max(first(&self.bottom, x + 1.0));
         from.min(self.faces.len() - 1)..(to + 1).min(self.faces.len())
@@ -152,6 +155,7 @@ impl Strip {
         let meets = (2..self.faces.len()).filter_map(|i| {
             let above = self.top[i] - self.top[i - 1];
             let below = self.bottom[i] - self.bottom[i - 1];
+            // The gap between two neighbours is affine in height, and t is where it is 0.
             let t = above / (above - below);
             let at = self.top[i] + (self.bottom[i] - self.top[i]) * t;
             let crosses = above.min(below) < -1e-9 && t > 1e-6 && t < 1.0 - 1e-6;

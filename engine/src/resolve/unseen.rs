@@ -68,6 +68,7 @@ impl<'a> Row<'a> {
         for id in index.faces(rows) {
             let (source, face) = image.face(id);
             let unmet = unmet(&source.faces, face, image.plan());
+            // What a line meets shows in the lines' own disagreement.
             if tolerance > 0.0 && unmet.is_none() && !is_outermost {
                 continue;
             }
@@ -162,6 +163,7 @@ impl<'a> Row<'a> {
     fn covers(&self, id: FaceId, [left, right]: [f64; 2]) -> bool {
         let (source, face) = self.image.face(id);
         let (table, top, bottom) = (&*source.faces, self.top, self.bottom);
+        // A seal may end at an edge of its face, and a stroke between its rings.
         if face.role != Role::Face || face.is_translucent || !self.is_uncut(face, [left, right]) {
             return false;
         }
@@ -177,6 +179,8 @@ impl<'a> Row<'a> {
     /// The heights within the row at which an edge ends, or enters a pixel from the side.
     fn heights(&self, edge: &Edge, pixel: u32) -> impl Iterator<Item = f64> + use<> {
         let (edge, top, bottom) = (*edge, self.top, self.bottom);
+        // Not finite for an upright edge: no height passes `is_on`, as it enters no pixel from the
+        // side.
         let along = (edge.bottom.y - edge.top.y) / (edge.bottom.x - edge.top.x);
         let enters = self.sides(pixel).map(|side| edge.top.y + (side - edge.top.x) * along);
         let is_on = move |y: &f64| *y > edge.top.y && *y < edge.bottom.y;

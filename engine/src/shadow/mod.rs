@@ -96,6 +96,8 @@ impl Patches {
             for (face, start, end) in spans.chain(layers) {
                 if face.is_some() && receives[image.locate(face).0] {
                     let (mut left, end) = (raster.pixels(start), raster.pixels(end));
+                    // Tiles begin at multiples of their width, whatever the span: lines above each
+                    // other share them.
                     while left < end {
                         let tile = (left / TILE).floor();
                         let right = ((tile + 1.0) * TILE).min(end);
@@ -136,6 +138,8 @@ pub fn cast(
     let mut dark: Lines = vec![Vec::new(); lines.len()];
     let mut work = Work { image, casting, casters, sides: Vec::new() };
     let source = |seen: &Seen| image.locate(seen.face).0;
+    // [N], "Shadow processing": cluster by cluster, with only the volumes that can fall on its
+    // visible faces.
     for cluster in patches.0.chunk_by(|a, b| source(a) == source(b)) {
         let patches = || cluster.chunk_by(|a, b| (a.face, a.tile) == (b.face, b.tile));
         let made = || patches().filter_map(|spans| Patch::new(image, spans, casting.from));
@@ -186,6 +190,8 @@ fn settle(mut dark: &mut [Dark], image: &SpanImage, k: u32, half: f64) {
         top.extend(ends.iter().map(|end| end.x - end.slope * half));
         bottom.clear();
         bottom.extend(ends.iter().map(|end| end.x + end.slope * half));
+        // The walls are upright, so nothing moves them: an end that would cross one is turned until
+        // it does not.
         slopes::separate(&middle, f64::INFINITY, &mut top, &mut bottom);
         let slope = |at: usize| (bottom[at] - top[at]) / (2.0 * half);
         let mut at = 0;
@@ -395,6 +401,8 @@ impl Patch<'_> {
     /// The space between it and the light.
     fn shaft(&self) -> Shaft {
         let Patch { from, plane: (normal, point), .. } = *self;
+        // Before the face, before the light, and inside the four sides through the light and the
+        // patch's edges.
         let mut planes = vec![(normal, -normal.dot(point))];
         if let Some(at) = self.corners() {
             let centre = at.iter().sum::<DVec3>() / 4.0;
@@ -406,6 +414,8 @@ impl Patch<'_> {
                 let along = at[(i + 1) % 4] - *corner;
                 let side = along.cross(from.from(*corner).0);
                 let inside = side.dot(centre - *corner);
+                // A side that the centre all but lies in has no sure inside, and bounds nothing:
+                // the shaft is wider than it need be, never narrower.
                 if inside.abs() > 1e-9 * side.length() * (centre - *corner).length() {
                     let side = side * inside.signum();
                     planes.push((side, -side.dot(*corner)));
@@ -449,6 +459,8 @@ impl Patch<'_> {
         if away.is_nan() || away.abs() < 1e-12 {
             return false;
         }
+        // The volume lies on the far side of the piece, as the light sees it. Corners that run
+        // round the other way turn all sides over.
         let sign = away.signum();
         // Nothing of the patch is inside if one side has all of it outside.
         let mut add = |normal: DVec3, point: DVec3| {
@@ -456,6 +468,8 @@ impl Patch<'_> {
                 Some(turn) => turn.before(normal * sign, point),
                 None => Ok((normal * sign, point)),
             };
+            // A side is affine on the screen once it is multiplied by rho, which is above 0 and
+            // keeps its sign.
             let Plane { a, b, c } = match before {
                 Ok((normal, point)) => self.view.side_of(normal, point, &self.depth),
                 Err(side) => Plane::constant(side),
@@ -513,6 +527,8 @@ impl Patch<'_> {
 /// The part of a line inside all sides.
 #[inline]
 fn interval(sides: &[Side], y: f64, within: Range<f64>) -> Option<(End, End)> {
+    // A volume is convex: what a line has of it is one interval, from the last side that it comes
+    // in by to the first that it leaves by.
     let mut start = End { x: within.start, slope: 0.0 };
     let mut end = End { x: within.end, slope: 0.0 };
     for Plane { a, b, c } in sides {
@@ -548,9 +564,12 @@ fn unite(line: &mut Vec<Dark>) {
         let ((face, x), (other_face, other_x)) = (key(a), key(b));
         face.cmp(&other_face)
             .then(x.total_cmp(&other_x))
+            // The rest makes the order, and so the products below, independent of how casters were
+            // found.
             .then(b.end.x.total_cmp(&a.end.x))
             .then(a.through.total_cmp(&b.through))
     });
+    // Where all casters are opaque, intervals need only be joined.
     if line.iter().all(|dark| dark.through == 0.0) {
         let mut kept = 0;
         for i in 1..line.len() {
@@ -573,6 +592,8 @@ fn unite(line: &mut Vec<Dark>) {
     for of_face in line.chunk_by(|a, b| a.face == b.face) {
         let mut ends: Vec<End> = of_face.iter().flat_map(|dark| [dark.start, dark.end]).collect();
         ends.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
+        // Between two neighbouring ends no caster begins or ends, and as much light arrives
+        // everywhere.
         ends.dedup_by(|a, b| a.x - b.x <= TOUCHING);
         let (mut active, mut next): (Vec<&Dark>, usize) = (Vec::new(), 0);
         for pair in ends.windows(2) {

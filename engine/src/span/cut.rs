@@ -62,6 +62,7 @@ pub fn left_by(
         // The spans that hold the cell to the left of the boundary.
         i += before[i + 1..].partition_point(|span| span.x < x);
         j += after[j + 1..].partition_point(|span| span.x < x);
+        // The cell left of the boundary, then the cell right of it.
         for step in [0, 1] {
             let on = |line: &[Span], at: usize| match line.get(at + step) {
                 Some(next) if step == 0 || next.x == x => next.face,

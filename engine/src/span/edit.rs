@@ -45,6 +45,7 @@ impl DepthRange {
         for (limit, face_wins) in [(front, false), (back, true)] {
             let Some(limit) = limit.filter(|_| !seen.is_empty()) else { continue };
             let division = face.divide(&limit, seen.clone());
+            // What is kept is the side on which the face beats the back, or is beaten by the front.
             if division.first_wins_left == face_wins {
                 seen.end = division.boundary;
             } else {
@@ -64,6 +65,7 @@ impl SpanImage {
             let y = self.y(k);
             range.cut(cells, &self.on_line(face, y), y, raster)
         });
+        // The planes are remembered: boundaries that they make have their slopes from them.
         let planes = range.front.into_iter().chain(range.back).map(Plane::constant);
         let sliced = sliced.with_limits(planes.chain(self.limits().iter().copied()));
         self.then(sliced, move |image| Ok(image.sliced(range)))
@@ -138,6 +140,8 @@ impl SpanImage {
         let parallel = self.view().is_parallel();
         let scale = if parallel { 1.0 / scale } else { scale };
         let image = self.placed(Placement { x: 0.0, y: 0.0, scale, offset })?;
+        // The least normal number: what comes to lie at infinity or beyond is cut. Depths of
+        // parallel cameras have no such end.
         let back = if parallel { None } else { Some(f64::MIN_POSITIVE) };
         Ok(image.sliced(DepthRange { front: None, back }))
     }
@@ -156,6 +160,7 @@ impl SpanImage {
         if x.abs() > f64::from(raster.width) {
             return Ok(SpanImage::empty(self.view().clone(), self.plan(), rows));
         }
+        // A whole number of cells: boundaries that were rounded once are not rounded again.
         let step = (x * raster.cells_per_pixel()).round();
         let placement = Placement {
             x: step / raster.cells_per_pixel(),
@@ -210,6 +215,7 @@ impl SpanImage {
             let Some(from) = source(k) else { return };
             let spans = self.lines().line(from).iter();
             out.extend(spans.map(|span| Span { x: shifted(span.x), face: span.face }));
+            // Spans that left the raster have no cells any more, and go below.
             out.push(Span { x: shifted(cells), face: FaceId::NONE });
             tidy(out, start, cells);
         });

@@ -61,6 +61,7 @@ impl SpanImage {
         let is_soft = keep == Keep::Inside || !matte.layers().items().is_empty();
         let own = |source: &Arc<Source>| {
             let mut source = Source::clone(source);
+            // A hard matte cuts spans and is done. One that dims is remembered by what it dims.
             if is_soft {
                 source.held.push(Held { by, inside: keep == Keep::Inside });
                 source.held.sort_unstable();
@@ -76,6 +77,7 @@ impl SpanImage {
         self.check_mergeable(matte)?;
         let union = Union::of(vec![own, other])?;
         let (this, matte) = (union.bring(0, self), union.bring(1, matte));
+        // A limit that ends the matte ends what is held by it, and gives that boundary its slope.
         let limits = this.limits().iter().chain(matte.limits()).copied().collect::<Vec<_>>();
         let this = this.with_limits(limits);
         let cells = this.view().raster().cells();
@@ -118,6 +120,8 @@ impl SpanImage {
         });
         // A matte that lies behind all that is opaque holds nothing.
         let mattes = clipped(matte.layers(), &held, &this);
+        // Of the image's own layers only the matte's opaque spans cut away: what the image itself
+        // hides is gone already.
         let seen = clipped(this.layers(), matte.lines(), &this);
         let layers = Layers::compute(all.clone(), |k, out| {
             let start = out.len();

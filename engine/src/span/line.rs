@@ -63,6 +63,8 @@ pub fn merge(
         let end_b = b.get(j + 1).map_or(cells, |span| span.x);
         let end = end_a.min(end_b);
         let (face_a, face_b) = (a[i].face, b[j].face);
+        // [N] puts background on a plane far behind everything. Here it is the absence of a face:
+        // no depth, however small, can lie behind it.
         if face_b == FaceId::NONE || face_a == face_b {
             push(out, start, x, face_a);
         } else if face_a == FaceId::NONE {
@@ -111,6 +113,7 @@ pub fn envelope(
             }
         }
         _ => {
+            // Divided anywhere the line would be the same, as "nearer" is a total order.
             let (front, back) = segments.split_at(segments.len() / 2);
             let (mut a, mut b) = (Vec::new(), Vec::new());
             envelope(front, cells, on_line, &mut a);

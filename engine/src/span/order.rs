@@ -71,6 +71,7 @@ impl OnLine {
     /// The sign of the difference of depths at a cell's centre, exactly.
     #[inline(always)]
     fn compare_depth(&self, other: &OnLine, cell: u32) -> Ordering {
+        // The cell's centre in half cells: a whole number below 2^33, so it is exact.
         let x = 2.0 * f64::from(cell) + 1.0;
         let (p, q) = (self.a * x, other.a * x);
         let difference = (p - q) + (self.c - other.c);
@@ -117,6 +118,8 @@ impl OnLine {
     fn crossing(&self, other: &OnLine, cells: Range<u32>, left: bool) -> u32 {
         // Invariant: the winner in `low` is `left`, in `high` it is not.
         let (mut low, mut high) = (cells.start, cells.end - 1);
+        // Only a first guess: for planes that are nearly parallel it may be anything. NaN becomes
+        // 0, and what lies outside is brought inside below. Exact comparisons decide.
         let estimate = -(self.c - other.c) / (self.a - other.a);
         let mut guess = ((estimate - 1.0) / 2.0).clamp(f64::from(low), f64::from(high)) as u32;
         let mut step = 1u32;
@@ -156,6 +159,7 @@ pub struct Division {
 /// `a * b` as a double and its rounding error, exactly.
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
+    // A fused multiplication and addition rounds once, and the error of a product is a double.
     (product, math::fma(a, b, -product))
 }
 

@@ -60,6 +60,7 @@ impl Seen {
             if let Role::Seal(parent) = face.role
                 && keep[place]
             {
+                // A seal is cut by the rings of its face, and may end at an edge of it.
                 keep[parent as usize] = true;
             }
         }
@@ -88,6 +89,7 @@ impl SpanImage {
             let faces = Arc::new(source.faces.only(&keep)?);
             sources.push(Source { faces, ..Source::clone(source) });
         }
+        // New ids ascend as the old ones did, so ties are decided as before.
         let frame = SpanImage::frame(self.view().clone(), self.plan(), self.rows(), sources)?;
         let frame = frame.with_limits(self.limits().iter().copied());
         Ok(self.renamed(frame, |face| ids[face.0 as usize]))

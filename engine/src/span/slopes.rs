@@ -22,6 +22,8 @@ pub fn separate(middle: &[f64], width: f64, top: &mut [f64], bottom: &mut [f64])
         }
         for i in 1..middle.len() {
             if crosses(top, bottom, i) {
+                // Towards the end where the two cross they close by more than the gap between them.
+                // One factor turns both towards the upright, so that they close by the gap alone.
                 let gap = middle[i] - middle[i - 1];
                 let closing = |ends: &[f64]| gap - (ends[i] - ends[i - 1]);
                 // A little less, so that rounding does not undo it.
@@ -48,6 +50,7 @@ pub fn separate(middle: &[f64], width: f64, top: &mut [f64], bottom: &mut [f64])
         }
         true
     };
+    // A boundary is limited once. When all are, none can cross, so that this ends.
     while std::mem::take(&mut changed) {
         for i in 1..middle.len() {
             if crosses(top, bottom, i) {

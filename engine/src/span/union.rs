@@ -41,6 +41,8 @@ impl Union {
         let mut slots: Vec<(usize, Arc<Source>)> =
             images.into_iter().flatten().enumerate().collect();
         let count = slots.len();
+        // By content, not by who comes first: ids decide where faces coincide, so their order must
+        // not depend on the order of the images.
         slots.sort_by(|a, b| a.1.order(&b.1).then(a.0.cmp(&b.0)));
 
         // Unite the tables of equal sources; `place_of[old]` tells where each face of a source went.
@@ -51,6 +53,8 @@ impl Union {
             match united.last_mut().filter(|last| last.order(&source) == Ordering::Equal) {
                 Some(last) => {
                     let (both, [before, added]) = last.unite(&source)?;
+                    // The union put new faces between the old ones. What earlier members know of
+                    // their places is led on to the new places.
                     if let Some(before) = before {
                         for member in &members {
                             let table = &mut place_of[*member].1;
@@ -122,6 +126,8 @@ impl Union {
         let cells = frame.view().raster().cells();
         let all = frame.lines().range();
         let each = || images.iter().zip(&self.places);
+        // [N], "Compositing 3D images": sub-scanline by sub-scanline, reading the span buffers of
+        // the images and writing that of the composite.
         let lines = Lines::compute(all.clone(), |k, out| {
             let y = frame.y(k);
             let on_line = |face| frame.on_line(face, y);
@@ -138,6 +144,8 @@ impl Union {
                 let start = out.len();
                 for (image, map) in each() {
                     let own: Vec<Segment> = map.layers(image, k).collect();
+                    // Clipped by the merged line, as what hides a layer may come from another
+                    // image.
                     layer::clip(&own, lines.line(k), cells, on_line, out);
                 }
                 layer::normalize(out, start);
@@ -153,6 +161,7 @@ impl Union {
             })
         };
         let limits = images.iter().flat_map(|image| image.limits().iter().copied());
+        // One image that cannot be probed makes a merge that cannot be.
         let makers: Option<Vec<Arc<dyn Probing>>> =
             images.iter().map(|image| image.probing().cloned()).collect();
         let again = makers.map(|all| {

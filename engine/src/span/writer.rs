@@ -111,6 +111,7 @@ impl SpanWriter {
             return Err(Error::invalid(format!("line {line} is not one of {:?}", self.lines())));
         };
         let raster = self.view.raster();
+        // The only rounding, before any comparison, as in the renderer.
         let cells = raster.cell(pixels.start)..raster.cell(pixels.end);
         if !cells.is_empty() {
             segments.push((cells, face));

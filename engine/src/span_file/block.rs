@@ -84,6 +84,8 @@ impl Packed {
         let packed =
             packed.map_err(|e| Error::invalid(format!("a block cannot be packed: {e}")))?;
         let length = raw.len() as u64;
+        // Stored as it is where packing gains nothing, or where readers would refuse it as too
+        // dense.
         let is_dense = length > ALWAYS && length > packed.len() as u64 * MAX_DENSITY;
         let body = if packed.len() >= raw.len() || is_dense { raw } else { packed };
         let mut head = [0; HEAD];
@@ -135,6 +137,7 @@ impl Block {
         let four = |at: usize| [head[at], head[at + 1], head[at + 2], head[at + 3]];
         let u32_at = |at: usize| u32::from_le_bytes(four(at));
         let u64_at = |at: usize| u64::from(u32_at(at)) | u64::from(u32_at(at + 4)) << 32;
+        // No number of a head is believed before its checksum is right.
         if u32_at(32) != crc32fast::hash(&head[..32]) {
             return Err(Error::at_byte(
                 path,
@@ -178,6 +181,7 @@ impl Block {
             return Ok(body);
         }
         let mut raw = Vec::with_capacity(self.raw as usize);
+        // One byte more than was promised shows that there are too many: no more are unpacked.
         let read = ZlibDecoder::new(&body[..]).take(self.raw + 1).read_to_end(&mut raw);
         match read {
             Ok(length) if length as u64 == self.raw => Ok(raw),
@@ -222,6 +226,7 @@ pub(super) fn scan(path: &Path, file: &mut File) -> Result<Vec<Block>> {
         let message = format!("span file version {version}: this program reads {VERSION}");
         return Err(Error::at_byte(path, 12, message));
     }
+    // From head to head; no contents are read yet.
     let mut blocks: Vec<Block> = Vec::new();
     let mut offset = PREFACE;
     loop {

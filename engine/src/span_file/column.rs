@@ -35,6 +35,7 @@ pub(super) fn put_floats(out: &mut Vec<u8>, values: impl Iterator<Item = f32>) {
 }
 
 fn put_planes(out: &mut Vec<u8>, mut values: Vec<u64>, width: usize) {
+    // From the end, so that the one before is still as it was.
     for i in (1..values.len()).rev() {
         values[i] ^= values[i - 1];
     }
@@ -100,6 +101,7 @@ impl<'b> Bytes<'b> {
     }
 
     fn planes(&mut self, count: usize, width: usize) -> Result<Vec<u64>, Fault> {
+        // Before anything is allocated: a count that lies costs no memory.
         let bytes = self.take(count.checked_mul(width).ok_or("it ends too soon")?)?;
         let mut values = vec![0u64; count];
         for (plane, byte) in (0..width).rev().enumerate() {

@@ -106,7 +106,9 @@ impl SpanFile {
             };
             sources.push((at, source));
         }
+        // Other programs may write sources in any order; an image has them in one.
         sources.sort_by(|a, b| a.1.order(&b.1));
+        // No two sources of an image are equal: a merge would have united them.
         if let Some(pair) = sources.windows(2).find(|pair| pair[0].1.order(&pair[1].1).is_eq()) {
             return Err(
                 first.fault(path, format!("the source \"{}\" is there twice", pair[0].1.label))
@@ -115,6 +117,7 @@ impl SpanFile {
         let mut place_of = vec![0; sources.len()];
         sources.iter().enumerate().for_each(|(place, (at, _))| place_of[*at] = place);
         let sources = sources.into_iter().map(|(_, source)| source).collect();
+        // The sources alone, over no rows: lines are read when they are asked for.
         let frame =
             SpanImage::frame(view, plan, rows.start..rows.start, sources).map_err(in_head)?;
         let frame = frame.with_limits(head.limits());
@@ -181,6 +184,7 @@ impl SpanFile {
             let of_file = |file: &&SpanFile| {
                 let place = file.lines.partition_point(|block| block.a + block.b <= at);
                 let block = file.lines.get(place);
+                // A row's share of the block that its first line lies in.
                 block.map_or(0, |block| block.raw * u64::from(n) / u64::from(block.b))
             };
             files.iter().map(of_file).sum()
@@ -214,6 +218,7 @@ impl SpanFile {
         let watch = Watch::current();
         let mut bodies: Vec<(Block, Vec<u8>)> = Vec::new();
         {
+            // One thread reads, as there is one place in the file. Then all unpack side by side.
             let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
             for block in self.lines.iter().filter(meets) {
                 watch.check()?;
@@ -275,6 +280,7 @@ impl SpanFile {
         }
         let layers = lines::decode::<Segment>(&mut bytes, block.b, cells, face)?;
         let cuts = match bytes.left() {
+            // Images without cuts are written without them.
             0 => (vec![0; block.b as usize + 1], Vec::new()),
             _ => lines::decode::<Cut>(&mut bytes, block.b, cells, face)?,
         };

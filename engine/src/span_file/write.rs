@@ -134,6 +134,7 @@ impl<'w, W: Write> Writer<'w, W> {
             origins.borrow_mut().extend(scene(&*source.surfaces));
         }
         for (scene, origin) in origins.into_inner() {
+            // Sources of one scene share it: its contents are embedded once.
             let place = head.scenes.iter().position(|known| *known == scene);
             if let Some(place) =
                 place.filter(|place| scene.embedded && !contents.contains_key(place))
@@ -189,6 +190,7 @@ impl<'w, W: Write> Writer<'w, W> {
 
     /// Writes the faces that were seen, and the end.
     pub(super) fn finish(mut self) -> Result<Written> {
+        // Faces follow the lines, as only the lines tell which of them are seen.
         for at in 0..self.frame.sources().len() {
             let (frame, seen, shaded) = (&self.frame, &self.seen, self.options.shaded);
             let places = seen.places(frame, at);
@@ -232,6 +234,7 @@ fn looks_of(frame: &SpanImage, seen: &Seen, at: usize, places: &[u32], shaded: b
     let object = |ordinal| source.surfaces.object(ordinal);
     if shaded {
         source.shade(&mut fragments, &Anywhere);
+        // The stored colour is lit, and no light is to be added to it again.
         fragments.unlit = vec![true; fragments.len()];
         let differs = |ordinal| !source.shades_alike(ordinal) || varies(&*source.surfaces, ordinal);
         looks(&fragments, differs, object)
@@ -251,6 +254,7 @@ fn baked(source: &Source) -> Source {
 fn pack(image: &SpanImage, run: Range<u32>) -> Result<Vec<Packed>> {
     let mut packed = Vec::new();
     let mut first = run.start;
+    // New encoders for each block: no block needs the last line of another to be read.
     let new = || (Encoder::<Span>::new(), Encoder::<Segment>::new(), Encoder::<Cut>::new());
     let (mut spans, mut layers, mut cuts) = new();
     let has_cuts = !image.cuts().items().is_empty();
@@ -258,6 +262,7 @@ fn pack(image: &SpanImage, run: Range<u32>) -> Result<Vec<Packed>> {
         spans.line(image.lines().line(k));
         layers.line(image.layers().line(k));
         cuts.line(image.cuts().line(k));
+        // Bytes are known only after a line, so that a block may exceed the limit by one.
         if k + 1 == run.end || spans.bytes() + layers.bytes() + cuts.bytes() > BLOCK_BYTES {
             let mut raw = Vec::new();
             spans.finish(&mut raw);

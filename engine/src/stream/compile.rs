@@ -133,6 +133,7 @@ pub(super) fn compile(
     }
     let Compiler { ops, patterns, .. } = compiler;
     let mut made = Compiled { ops, places: Vec::new(), patterns, outputs };
+    // Places come last, as they depend on which instructions are left.
     made.drop_unused();
     made.fuse();
     made.place();
@@ -169,6 +170,7 @@ fn is_given(name: &str) -> bool {
 impl Compiler<'_> {
     pub(super) fn push(&mut self, op: Op) -> Result<u32, Fault> {
         let op = op.folded(&self.ops);
+        // The same instruction on the same registers makes the same value: it is there already.
         if let Some(known) = self.known.get(&op) {
             return Ok(*known);
         }
@@ -218,6 +220,8 @@ impl Compiler<'_> {
                 }
                 Statement::If { condition, then, otherwise } => {
                     let condition = self.condition(condition, names)?;
+                    // There are no jumps. Both sides run, each from the names before the branch,
+                    // and every name that either of them gives is chosen between.
                     let (mut yes, mut no) = (names.clone(), names.clone());
                     self.run(then, &mut yes)?;
                     self.run(otherwise, &mut no)?;
@@ -286,12 +290,15 @@ impl Compiler<'_> {
     }
 
     fn value(&mut self, expr: &Expr, names: &Names) -> Result<Value, Fault> {
+        // Functions are written out where they are called. A few that each call another twice make
+        // a short text very long.
         self.visits += 1;
         if self.visits > MOST_VISITS {
             let message = "the program is too long with its functions written out where they are \
                            called";
             return Err(Fault::new(expr.at, message.to_owned()));
         }
+        // The compiler calls itself as deep as expressions lie inside each other, and stacks end.
         if self.inside >= MOST_INSIDE {
             let message = format!(
                 "more than {MOST_INSIDE} operations inside each other: give parts of them names"
@@ -418,6 +425,7 @@ impl Compiler<'_> {
         let width = match op {
             Binary::Add | Binary::Subtract => self.two(Binary::Add, a.width, b.width)?,
             Binary::Multiply => {
+                // From one pixel to the next a product changes by |x| dy + |y| dx, in first order.
                 let (x, y) = (self.most(a)?, self.most(b)?);
                 let (p, q) = (
                     self.two(Binary::Multiply, x, b.width)?,
@@ -493,6 +501,8 @@ impl Compiler<'_> {
                 );
                 return Err(Fault::new(at, message));
             }
+            // A function sees its own parameters and what every program is given, and no name of
+            // its caller.
             self.calls.push(&function.name);
             let mut own: Names = function.parameters.iter().cloned().zip(values).collect();
             self.run(&function.body, &mut own)?;
@@ -510,6 +520,8 @@ impl Compiled {
         let mut uses = vec![0u32; self.ops.len()];
         self.ops.iter().for_each(|op| op.each(|from| uses[*from as usize] += 1));
         let outputs = self.outputs.iter().flat_map(|(_, parts)| parts);
+        // What is given out must stay in a register of its own, even if one other instruction reads
+        // it.
         outputs.for_each(|at| uses[*at as usize] += 2);
         for at in 0..self.ops.len() {
             let Op::Binary(second, x, y) = self.ops[at] else { continue };
@@ -561,6 +573,8 @@ impl Compiled {
         let made = self.outputs.iter().flat_map(|(_, parts)| parts);
         made.for_each(|at| used[*at as usize] = true);
         for at in (0..self.ops.len()).rev() {
+            // Instructions read only those before them: one pass from the end finds all that are
+            // needed.
             if used[at] {
                 self.ops[at].each(|from| used[*from as usize] = true);
             }

@@ -94,6 +94,7 @@ impl Unary {
             Unary::Round => a.round(),
             Unary::Hermite => a * a * (3.0 - 2.0 * a),
             Unary::Sinc => match a.abs() / 2.0 {
+                // Less than 2e-7 from 1, and no division by 0.
                 half if half < 1e-3 => 1.0,
                 half if half < std::f32::consts::PI => math::sin(f64::from(half)) as f32 / half,
                 _ => 0.0,
@@ -301,6 +302,8 @@ impl Op {
             Op::Unary(op, a) => known(a).map(|a| op.of(a)),
             Op::Binary(op, a, b) => known(a).zip(known(b)).map(|(a, b)| op.of(a, b)),
             Op::Select(c, a, b) => match known(c) {
+                // The very instruction of the chosen register: whoever adds it finds that it is
+                // there already.
                 Some(c) => return ops[if c != 0.0 { a } else { b } as usize],
                 None => None,
             },
@@ -388,6 +391,7 @@ impl Registers {
         count: usize,
         mut input: impl FnMut(Variable, &mut [f32]),
     ) {
+        // Whole blocks: what is computed in lanes beyond `count` is never read.
         let blocks = count.div_ceil(WIDTH);
         for (op, place) in ops.iter().zip(places) {
             if op.as_number().is_some() {
@@ -452,6 +456,8 @@ impl Registers {
                     each(out, count, |i| change([x[i], y[i], z[i]])[*part as usize]);
                 }
             }
+            // The old register becomes the next to be written. So no instruction writes where it
+            // reads.
             std::mem::swap(made, &mut all[*place as usize]);
         }
     }

@@ -58,6 +58,7 @@ impl Outline {
     fn area(&self) -> f64 {
         let corners = self.corners();
         let Some(first) = corners.first() else { return 0.0 };
+        // As a fan from one corner: differences first, so that nothing is lost far from the origin.
         let fan = corners.windows(2).map(|pair| (pair[0] - *first).perp_dot(pair[1] - *first));
         fan.sum::<f64>().abs() / 2.0
     }
@@ -110,6 +111,8 @@ impl Footprint {
             return Ok(());
         }
         for y in rows {
+            // A row of texels first: its columns cut what is left of four sides, and only where it
+            // reaches.
             let row = whole.between(1, y as f64, y as f64 + 1.0);
             if row.count < 3 {
                 continue;

@@ -92,6 +92,8 @@ impl Footprint {
                 let long = major.length();
                 // What is round but for rounding takes one.
                 let probes = (long / minor.max(1.0) - 1e-3).ceil().clamp(1.0, f64::from(most));
+                // Where probes are too few for the length, each is wider: rather blurred than
+                // speckled.
                 let width = (long / probes).max(minor);
                 let step = major / size / probes;
                 let mut sum = [0.0; 5];
@@ -131,6 +133,7 @@ fn axes(a: DVec2, b: DVec2) -> (DVec2, f64) {
     let (mean, half) = ((p + r) / 2.0, (p - r) / 2.0);
     let root = (half * half + q * q).sqrt();
     let (long, short) = ((mean + root).max(0.0).sqrt(), (mean - root).max(0.0).sqrt());
+    // Of the two forms of the vector the one in which nothing cancels.
     let along = if half >= 0.0 { DVec2::new(half + root, q) } else { DVec2::new(q, root - half) };
     (along.try_normalize().unwrap_or(DVec2::X) * long, short)
 }
@@ -191,6 +194,7 @@ impl Look<'_, '_> {
                 add(&mut sum, self.texel(&level, left + i, top + j), weight);
             }
         }
+        // Coarser levels were cut texel by texel before they were averaged.
         Ok(if number == 0 { self.cut(sum, width) } else { sum })
     }
 
@@ -203,6 +207,7 @@ impl Look<'_, '_> {
             let place = match self.wrap[axis] {
                 Wrap::Repeat => places[axis] - places[axis].floor(),
                 Wrap::Mirror => places[axis] - (places[axis] / 2.0).floor() * 2.0,
+                // Farther out all is alike, and numbers stay small enough for whole texels.
                 Wrap::Clamp | Wrap::Nothing => places[axis].clamp(-4.0, 5.0),
             };
             place * sizes[axis]

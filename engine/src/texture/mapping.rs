@@ -129,6 +129,8 @@ impl Mapping {
     }
 
     fn scaled(&self, way: DVec2) -> DVec2 {
+        // [D], process 3: direction, actual length and scale. The offset is added to places alone,
+        // not to steps, and wraparound is left to the filter.
         let way = match self.turn {
             0.0 => way,
             turn => {
@@ -141,6 +143,7 @@ impl Mapping {
 
     /// The mapping function.
     fn lengths(&self, point: DVec3, place: &Place<'_>) -> DVec2 {
+        // [D], process 2: from three dimensions to two lengths.
         let p = point - self.origin;
         match self.by {
             By::Uv => (place.uv)(point),

@@ -115,6 +115,7 @@ fn shares(many: u32, few: u32) -> Vec<(u32, Vec<f32>)> {
     let (n, m) = (u64::from(many), u64::from(few));
     // In units of 1 / few of a texel of the many.
     let share = |k: u64| {
+        // Whole numbers: which texels are met is decided without rounding.
         let (from, to) = (k * n, (k + 1) * n);
         let first = from / m;
         let part = |i: u64| (to.min((i + 1) * m) - from.max(i * m)) as f32 / n as f32;
@@ -194,6 +195,7 @@ fn code<T>(
     let channels = layout.channels();
     let colors = if layout.has_alpha() { channels - 1 } else { channels };
     for [r, g, b, a] in row {
+        // Codes hold colours with straight alpha, as files do.
         let straight = if *a > 0.0 { 1.0 / a } else { 0.0 };
         for v in [r, g, b].into_iter().take(colors) {
             codes.push(if is_color { color(v * straight) } else { number(*v) });
@@ -233,6 +235,8 @@ impl Halved {
         for (k, (top, down)) in self.rows.iter().enumerate().skip(self.next) {
             let Some(at) = y.checked_sub(*top) else { break };
             let Some(weight) = down.get(at as usize) else { continue };
+            // Where the size is odd a row counts for two rows of the half, so that two or more may
+            // be open.
             if self.sums.len() <= k - self.next {
                 self.sums.push_back(vec![[0.0; 4]; means.len()]);
             }

@@ -209,6 +209,8 @@ impl Held {
         let size = (levels[0].width, levels[0].height);
         let nothing = || Picture { size, levels: vec![None; levels.len()] };
         let known = &mut self.pictures.entry(key).or_insert_with(nothing).levels;
+        // The coarsest first: they take little, and whoever asks for a fine level asks for them
+        // too.
         for (number, level) in levels.iter().enumerate().rev() {
             let has_room = self.bytes + level.bytes() <= self.limit;
             if known[number].is_some() || (number < wanted && !has_room) {

@@ -75,6 +75,7 @@ impl Card {
     pub(super) fn meet(&self, ray: &Ray) -> Option<f64> {
         let middle = self.middle();
         let Level { right, up } = match ray.turns() {
+            // All cards that are turned in one direction stand alike: found once for a ray.
             Toward::Direction(_) => *ray.level(),
             Toward::Point(light) => Level::toward(light - middle),
         };

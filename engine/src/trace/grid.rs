@@ -195,6 +195,7 @@ impl Grid {
         ray: &Ray,
         mut visit: impl FnMut(Hit) -> Option<f64>,
     ) {
+        // What lies outside first: whatever is met there shortens the walk through the cells.
         let mut end = ray.reach;
         for piece in &self.outside {
             if let Some(hit) = casters.meet(*piece as usize, ray) {
@@ -226,6 +227,7 @@ impl Grid {
             };
             let border = cell[axis] + u32::from(ray.direction[axis] > 0.0);
             let is_last = border == 0 || border == self.counts[axis] || next[axis] == f64::INFINITY;
+            // Rounding must not let a cell end before it begins, or a piece would be met in none.
             let to = if is_last { f64::INFINITY } else { next[axis].max(from) };
             let at = self.index(cell);
             for piece in &self.pieces[self.starts[at] as usize..self.starts[at + 1] as usize] {
@@ -239,6 +241,7 @@ impl Grid {
                 return;
             }
             from = to;
+            // [D]: the motion from cell to cell is incremental, without multiplication or division.
             next[axis] += step[axis];
             cell[axis] = if ray.direction[axis] > 0.0 { cell[axis] + 1 } else { cell[axis] - 1 };
         }

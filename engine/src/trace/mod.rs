@@ -355,6 +355,8 @@ impl Casters {
         let (mut is_left, mut is_right) = (true, true);
         let mut last = first;
         for next in corners.map(|corner| ray.seen(corner)).chain([first]) {
+            // Left of all edges or right of all: a piece is met from both sides. A ray through an
+            // edge itself is on both sides of it, and so meets both faces that share it.
             let (left, right) = (last.0 * next.1, last.1 * next.0);
             is_left &= left >= right;
             is_right &= left <= right;
@@ -370,6 +372,7 @@ impl Casters {
 
     /// Visits all pieces that a ray meets, in no order, until `visit` returns false.
     pub fn meet_all(&self, ray: &Ray, mut visit: impl FnMut(Hit) -> bool) {
+        // Beyond a way of 0 nothing matters: that ends it.
         self.traverse(ray, |hit| if visit(hit) { None } else { Some(0.0) });
     }
 
@@ -389,6 +392,7 @@ impl Casters {
         if let Some((_, grid)) = known {
             return grid.clone();
         }
+        // Made under the lock: whoever asks meanwhile waits for it, and does not make another.
         let grid = Arc::new(Grid::new(self, voxels));
         grids.push((*voxels, grid.clone()));
         grid
@@ -435,6 +439,8 @@ impl Casters {
     fn traverse(&self, ray: &Ray, mut visit: impl FnMut(Hit) -> Option<f64>) {
         let Some(tree) = &self.tree else { return };
         let Some(part) = cut(tree.low, tree.high, ray, 0.0..ray.reach) else { return };
+        // From where the ray enters the outermost box: a start far outside would leave 32 bits no
+        // digits for the rest.
         let origin = (ray.origin - tree.centre + ray.direction * part.start) * tree.scale;
         let along = ray.direction * tree.scale;
         let length = along.length();
@@ -443,6 +449,7 @@ impl Casters {
         }
         let single = |v: DVec3| Vec3A::new(v.x as f32, v.y as f32, v.z as f32);
         let until = |t: f64| (((t - part.start) * length) as f32).max(0.0) * 1.000_001 + 1e-5;
+        // The box is 2 wide, so that no way through it is longer than this.
         let reach = until(part.end).min(8.0);
         let candidate = obvhs::ray::Ray::new(single(origin), single(along / length), 0.0, reach);
         let mut nearest = obvhs::ray::RayHit::none();

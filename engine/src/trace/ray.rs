@@ -23,6 +23,7 @@ impl Ray {
     /// The part of a line from `origin` to `reach` lengths of `direction`.
     pub fn new(origin: DVec3, direction: DVec3, reach: f64) -> Ray {
         let size = direction.abs();
+        // Divided by the greatest of the three, so that no lean is more than 1.
         let along = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(2);
         let across = [(along + 1) % 3, (along + 2) % 3];
         let across = across.map(|axis| (axis, direction[axis] / direction[along]));
@@ -62,6 +63,8 @@ impl Ray {
     /// A point as seen along the ray, which is in the middle.
     #[inline(always)]
     pub(super) fn seen(&self, point: DVec3) -> (f64, f64) {
+        // Points are sheared, not turned, until the ray runs along an axis. Each is rounded once,
+        // alike for all pieces that share it.
         let from = point - self.origin;
         let [u, v] = self.across.map(|(axis, lean)| from[axis] - lean * from[self.along]);
         (u, v)

@@ -40,6 +40,7 @@ pub type Spaces = [Vec<u32>; 6];
 
 /// The six spaces that the convex hull of points around the origin reaches into, or more.
 pub fn spaces_of(points: impl Iterator<Item = DVec3> + Clone) -> impl Iterator<Item = usize> {
+    // By the box around them: a face may reach into a pyramid in which none of its corners lies.
     let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
     let high = points.fold(DVec3::NEG_INFINITY, DVec3::max);
     (0..6).filter(move |space| {

@@ -54,8 +54,11 @@ pub(super) fn reach(ring: Ring<'_>, band: &Band, raster: Raster) -> Reach {
         let (left, right) = (edge.top.x.min(edge.bottom.x), edge.top.x.max(edge.bottom.x));
         for lane in 0..LANES {
             // The same operations in the same order as `Edge::x_at`.
+            // Other ways to find a boundary use that one, and all must round to the same cell.
             let y = band.y[lane];
             let x = (edge.top.x + (y - edge.top.y) * slope).max(left).min(right);
+            // No branch: the compiler makes selections of these, all lanes at once. Of a ring that
+            // is crossed twice the least and the greatest x are the two crossings.
             let crosses = edge.top.y <= y && y < edge.bottom.y;
             low[lane] = if crosses && x < low[lane] { x } else { low[lane] };
             high[lane] = if crosses && x > high[lane] { x } else { high[lane] };
@@ -96,11 +99,14 @@ pub(super) fn segments(table: &FaceTable, face: &Face, y: f64, raster: Raster) -
     match face.role {
         Role::Face => cross(face, of_face),
         Role::Stroke => cross(face, |_| Region::Stroke),
+        // A seal ends where its face ends or has a hole, so the face's rings count too.
         Role::Seal(parent) => {
             cross(face, |_| Region::Seal);
             cross(&table.faces()[parent as usize], of_face);
         }
     }
+    // Regions and rings apart, each from left to right. A closed ring crosses a line an even number
+    // of times, so that no pair below mixes two rings.
     found.sort_unstable();
     let pairs = || found.chunks_exact(2).filter(|pair| pair[0].2 < pair[1].2);
     let is_plain = found.last().is_none_or(|last| (last.0, last.1) == (Region::Outline, 0));
@@ -116,6 +122,8 @@ pub(super) fn segments(table: &FaceTable, face: &Face, y: f64, raster: Raster) -
     let mut out = Vec::new();
     for (i, (x, region, step)) in ends.iter().enumerate() {
         inside[*region as usize] += step;
+        // All that begins or ends in one cell is counted before anything is decided: rings that
+        // touch leave no segment without cells.
         if ends.get(i + 1).is_some_and(|next| next.0 == *x) {
             continue;
         }
@@ -152,6 +160,7 @@ impl Limits {
         let [left, _, right, _] = view.window();
         let cells = raster.cell(left)..raster.cell(right);
         let (front, back) = view.depth_range();
+        // Where the front is the eye itself, or nothing limits the back, there is nothing to cut.
         let front = front.is_finite().then_some(front);
         let back = view.camera().back.is_some().then_some(back);
         let narrow = cells != (0..raster.cells());

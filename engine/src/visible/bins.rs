@@ -58,6 +58,8 @@ impl Bins {
                 meant.map(entry).collect::<Vec<_>>()
             })
             .collect();
+        // A sort by counting: how many faces each band has, from there where each band's begin, and
+        // then each face into its places.
         let mut starts = vec![0; count + 1];
         for (bands, _) in &faces {
             for band in bands.0..bands.1 {
@@ -79,6 +81,8 @@ impl Bins {
             parts.push((first, last, part));
             rest = tail;
         }
+        // No thread writes where another does, and within a band faces keep their order, however
+        // many threads there are.
         parts.into_par_iter().for_each(|(first, last, part)| {
             let mut next: Vec<usize> =
                 starts[first..last].iter().map(|start| start - starts[first]).collect();
@@ -120,6 +124,7 @@ impl Entry {
         let column = |x: f64| x.clamp(0.0, last) as u16;
         Entry {
             face: id,
+            // The bound must not fall below the depth when it is rounded to 32 bits.
             nearest: (nearest as f32).next_up(),
             columns: (column(left - 1.0), column(right + 1.0)),
         }
@@ -138,6 +143,8 @@ pub(super) fn sort_front_to_back(entries: &[Entry], sorted: &mut Vec<Entry>) {
     let range = i64::from(high) - i64::from(low) + 1;
     let step = |entry: &Entry| {
         let below = i64::from(high) - i64::from(ordered(entry.nearest));
+        // Steps are even in the bits of a depth, so nearly even in its logarithm: one face close to
+        // the eye does not push all others into the last step.
         (below * DEPTHS as i64 / range) as usize
     };
     let mut places = [0; DEPTHS + 1];
@@ -157,5 +164,6 @@ pub(super) fn sort_front_to_back(entries: &[Entry], sorted: &mut Vec<Entry>) {
 /// A number's bits as an integer that orders as the number does.
 fn ordered(value: f32) -> i32 {
     let bits = value.to_bits() as i32;
+    // By their bits, numbers below zero order backwards. All bits but the sign are turned over.
     bits ^ ((bits >> 31) as u32 >> 1) as i32
 }

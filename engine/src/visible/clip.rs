@@ -41,6 +41,8 @@ impl Guard {
     /// Cuts a ring (Sutherland and Hodgman). The cuts of a concave ring may be joined along the guard's
     /// sides; such joints lie outside the raster and enclose nothing.
     pub(crate) fn clip(&self, ring: &[Homogeneous]) -> Vec<Homogeneous> {
+        // Linear in x, y and w, and so right on both sides of the eye. Dividing by w comes only
+        // after the cut.
         let sides: [&dyn Fn(&Homogeneous) -> f64; 4] = [
             &|p| p.x - self.low.x * p.w,
             &|p| self.high.x * p.w - p.x,

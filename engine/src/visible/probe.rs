@@ -43,6 +43,7 @@ impl Index {
         let height = image.view().raster().height;
         let row = |y: f64| y.clamp(0.0, f64::from(MAX_SIDE)) as u32;
         let rows = |top: f64, bottom: f64| {
+            // Clamped, a face above the raster would seem to reach into row 0.
             if bottom < 0.0 { (0, 0) } else { (row(top), (row(bottom) + 1).min(height)) }
         };
         Index { rows: Bins::new(image, height as usize, |_| true, rows) }
@@ -57,6 +58,8 @@ impl Index {
         for entry in self.rows.band(row) {
             let first = u64::from(entry.columns.0) << raster.fraction_bits();
             let end = (u64::from(entry.columns.1) + 1) << raster.fraction_bits();
+            // No area is wider than `widest`, so all that begin this much farther left end before
+            // the face.
             let from = areas.partition_point(|area| u64::from(area.cells.start) + widest <= first);
             for (area, found) in areas.iter().zip(&mut found).skip(from) {
                 if u64::from(area.cells.start) >= end {
@@ -98,8 +101,11 @@ impl Inside {
     ) -> bool {
         // Boundaries are rounded to cells.
         let near = 1e-4;
+        // A cell is 3e-5 of a pixel at most, in a raster of 65536.
         let (left, right) = (x[0] - near, x[1] + near);
         let (table, raster) = (&*source.faces, self.raster);
+        // Without an edge in the area the face covers all of it or nothing, and one point tells
+        // which.
         let middle = raster.cell((x[0] + x[1]) / 2.0);
         let segments = |y: [f64; 2]| band::segments(table, face, (y[0] + y[1]) / 2.0, raster);
         if table.corner_count(face) < MANY {
@@ -129,6 +135,7 @@ fn nearest(
     let mut kept: Vec<(FaceId, f64)> = Vec::new();
     let mut bound = f64::NEG_INFINITY;
     for entry in faces {
+        // All that follow are farther still.
         if f64::from(entry.nearest) < bound {
             break;
         }
@@ -141,11 +148,14 @@ fn nearest(
             continue;
         }
         kept.push((entry.face, most + doubt));
+        // A limit of depth may end a face where it has no edge, and a seal may end at an edge of
+        // its face. Neither is asked.
         let may_hide = is_open && !face.is_translucent && face.role == Role::Face;
         if may_hide && inside.covers(source, face, entry.face, x, area.y) {
             bound = bound.max(least - doubt);
         }
     }
+    // The bound grew on the way: what was kept early may lie behind it.
     kept.into_iter().filter(|(_, near)| *near >= bound).map(|(id, _)| id).collect()
 }
 
@@ -167,6 +177,8 @@ pub(super) fn solve(frame: &SpanImage, index: &Index, probes: &Arc<[Probe]>) -> 
         let probe = &probes[windows[*window].start];
         (row(probe), probe.cells.start)
     };
+    // Row by row, from left to right: the candidates of a row are found for all its windows at
+    // once.
     order.sort_by_key(key);
     let area = |window: &usize| {
         let probes = &probes[windows[*window].clone()];
@@ -230,6 +242,7 @@ impl Solver<'_> {
                         found.push(*id, seen, face.is_translucent);
                     }
                 };
+                // As `band::reach` does for all lines of a band.
                 if face.is_monotone {
                     let mut x = (f64::INFINITY, f64::NEG_INFINITY);
                     for edge in source.faces.outline(face).crossing(y) {

@@ -39,6 +39,7 @@ pub(super) fn solve(frame: &SpanImage) -> (Lines, Layers) {
     let bands = (lines.len() as u32).div_ceil(LANES as u32);
     let watch = Watch::current();
     watch.begin(bands as usize);
+    // Bands share nothing but the bins, so it does not matter which thread solves which.
     let (opaque, translucent): (Vec<Lines>, Vec<Layers>) = (0..bands)
         .into_par_iter()
         .map_init(
@@ -62,6 +63,7 @@ fn bins_of(frame: &SpanImage, lines: &Range<u32>, translucent: bool) -> Bins {
     let line_at = |y: f64| frame.plan().first_at_or_below(y).clamp(lines.start, lines.end);
     let bands = |top: f64, bottom: f64| {
         let (first, last) = (line_at(top) - lines.start, line_at(bottom) - lines.start);
+        // A face between two lines gets the empty range, and stands in no bin.
         let is_met = first < last;
         if is_met { (first / LANES as u32, last.div_ceil(LANES as u32)) } else { (0, 0) }
     };
@@ -143,6 +145,7 @@ impl<'a> Solver<'a> {
             if self.is_hidden(entry) {
                 continue;
             }
+            // Only from here on the face itself is looked at.
             let candidate = Candidate::new(self.frame, entry.face);
             let on_line = self.on_lines(band, &candidate);
             if candidate.face.is_monotone {
@@ -169,6 +172,7 @@ impl<'a> Solver<'a> {
     fn is_hidden(&self, entry: &Entry) -> bool {
         let (first, last) = entry.columns;
         let tiles = usize::from(first) / TILE as usize..=usize::from(last) / TILE as usize;
+        // Strictly below: at equal depth rank and id may still decide for this face.
         self.bounds[tiles].iter().all(|bound| f64::from(entry.nearest) < *bound)
     }
 
@@ -178,6 +182,7 @@ impl<'a> Solver<'a> {
             return Layers::empty(opaque.range());
         }
         let mut segments: [Vec<Segment>; LANES] = Default::default();
+        // The bounds are still those of the opaque faces of this band. Layers do not change them.
         for entry in faces.iter().filter(|entry| !self.is_hidden(entry)) {
             let candidate = Candidate::new(self.frame, entry.face);
             let face = entry.face;
@@ -225,6 +230,8 @@ impl<'a> Solver<'a> {
     /// A face on each line of a band.
     fn on_lines(&self, band: &Band, candidate: &Candidate<'_>) -> [OnLine; LANES] {
         std::array::from_fn(|lane| {
+            // An infinite height would make the depth NaN. No segment lies on such a line, so any
+            // height does.
             let y = if band.y[lane].is_finite() { band.y[lane] } else { 0.0 };
             OnLine::new(&candidate.face.plane, candidate.face.rank, candidate.id, y, self.raster)
         })
@@ -297,6 +304,8 @@ impl<'a> Solver<'a> {
         for number in first..=last {
             let cells = self.cells(number);
             let within = start.max(cells.start)..end.min(cells.end);
+            // Before any line is looked at: the greatest depth of the face over the tile against
+            // the least depth of the winners.
             let nearest = nearest(&candidate.face.plane, band, &within, self.raster);
             if nearest < self.bounds[number as usize] {
                 continue;
@@ -313,6 +322,8 @@ impl<'a> Solver<'a> {
                 let changed = insert_line(line, &mut self.scratch, &cells, inside, new);
                 tile.changes += u32::from(changed);
             }
+            // Winners only ever come nearer, so an old bound still holds. It is only weaker than it
+            // could be, and a new one costs a walk over all lines of the tile.
             if tile.changes >= STALE {
                 self.bounds[number as usize] = farthest(band, tile, &cells, self.raster);
                 tile.changes = 0;
@@ -332,6 +343,8 @@ impl<'a> Solver<'a> {
             let start = spans.len();
             for tile in &self.tiles {
                 for seen in &tile.lines[lane] {
+                    // Tiles cut spans at their sides. Here the pieces of one face become one span
+                    // again.
                     line::push(&mut spans, start, seen.x, seen.on_line.face());
                 }
             }
@@ -394,6 +407,8 @@ fn insert_line(
                 push(scratch, shared.start, new);
             } else {
                 let division = new.divide(&old.on_line, shared.clone());
+                // [N] fig. 6: over the shared cells both are straight lines of depth, which change
+                // places once at most.
                 let (left, right) = if division.first_wins_left {
                     (new, &old.on_line)
                 } else {
@@ -414,6 +429,8 @@ fn insert_line(
             push(scratch, x, &old.on_line);
         }
     }
+    // The old line's memory serves as the next scratch: once lines have grown, nothing is
+    // allocated.
     std::mem::swap(line, scratch);
     true
 }
@@ -434,6 +451,7 @@ fn nearest(plane: &Plane, band: &Band, cells: &Range<u32>, raster: Raster) -> f6
     let y = if plane.b > 0.0 { finite().next_back() } else { finite().next() };
     let y = y.unwrap_or(0.0);
     let (p, q) = (plane.a * raster.pixels(x), plane.b * y);
+    // More than the roundings of two products and two sums.
     p + q + plane.c + (p.abs() + q.abs() + plane.c.abs()) * 1e-14
 }
 
@@ -443,6 +461,7 @@ fn farthest(band: &Band, tile: &Tile, cells: &Range<u32>, raster: Raster) -> f64
     for line in tile.lines.iter().zip(band.y).filter(|(_, y)| y.is_finite()).map(|(line, _)| line) {
         for (i, seen) in line.iter().enumerate() {
             if seen.is_background() {
+                // In front of background any face is seen.
                 return f64::NEG_INFINITY;
             }
             let end = line.get(i + 1).map_or(cells.end, |next| next.x);

@@ -32,6 +32,8 @@ pub fn face_table(cluster: &Cluster, view: &View, plan: LinePlan) -> Result<Face
             Setup { layered: *layered, ..setup }.faces(&watch)
         })
         .collect::<Result<_>>()?;
+    // Put together in the scene's order, whoever was ready first: faces ascend by ordinal, and the
+    // table is the same bit for bit.
     let mut table = FaceTableBuilder::new();
     for (points, chunks) in parts {
         if chunks.iter().all(FaceTableBuilder::is_empty) {
@@ -124,11 +126,14 @@ impl<'a> Setup<'a> {
 
     /// The points of the mesh on the screen, and its faces over them.
     fn faces(&self, watch: &Watch) -> Result<(Vec<DVec2>, Vec<FaceTableBuilder>)> {
+        // NaN marks what lies outside the guard: faces with such a corner are cut.
         let screen = |p: &Homogeneous| self.guard.screen(p).unwrap_or(DVec2::NAN);
         let points: Vec<DVec2> = self.vertices.par_iter().with_min_len(4096).map(screen).collect();
         let count = self.geometry.mesh().face_count();
         let chunks = (0..count.div_ceil(CHUNK)).into_par_iter().map(|chunk| {
             watch.check()?;
+            // Chunks number the corners of one list of points, which is added to the whole table
+            // once.
             let mut table = FaceTableBuilder::over(points.len() as u32);
             for face in chunk * CHUNK..count.min((chunk + 1) * CHUNK) {
                 self.face(face, &points, &mut table)?;
@@ -144,6 +149,7 @@ impl<'a> Setup<'a> {
         let outline = mesh.outline(at);
         let (support, is_front) = self.geometry.support_of(at);
         let (plane, faces_viewer) = self.planes[support];
+        // Faces that share a plane may look to either side of it.
         let sees_front = faces_viewer == is_front;
         if self.scene.is_culled(self.instance, at, sees_front) {
             return Ok(());
@@ -165,6 +171,7 @@ impl<'a> Setup<'a> {
             is_translucent: self.layered
                 || self.scene.is_translucent(self.instance, at, part, sees_front),
         };
+        // Most faces: no copy of their corners, only their numbers.
         if inside && mesh.is_plain(at) {
             if self.is_met(&extent) {
                 let plane = self.steady(plane, &extent);
@@ -236,6 +243,7 @@ impl<'a> Setup<'a> {
             && extent.low.y < bottom
             && extent.farthest <= nearest
             && extent.nearest >= farthest
+            // What lies between two lines is met by none of them, but may be met by a probe.
             && (self.plan.probed
                 || self.plan.first_at_or_below(extent.low.y)
                     < self.plan.first_at_or_below(extent.high.y))
@@ -279,6 +287,7 @@ impl Rings<'_, '_> {
     fn ring(&mut self, ring: &[u32], mut extent: Option<&mut Extent>) -> Result<Vec<u32>> {
         let vertices: Vec<Homogeneous> =
             ring.iter().map(|corner| self.setup.vertices[*corner as usize]).collect();
+        // Nothing to cut: neighbours go on sharing their corners.
         if ring.iter().all(|corner| !self.points[*corner as usize].x.is_nan()) {
             if let Some(extent) = extent.as_deref_mut() {
                 for (corner, vertex) in ring.iter().zip(&vertices) {

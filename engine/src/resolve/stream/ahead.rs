@@ -45,6 +45,7 @@ impl Ahead {
             let of_source = known.surfaces.picture_sets().into_iter();
             sets.extend(of_source.map(|set| ((source, set.number), set)));
         }
+        // All fit, seen or not: rows may read them as they come.
         if room(sets.values()) <= limit {
             return None;
         }
@@ -60,6 +61,7 @@ impl Ahead {
         let (mut ahead, seen): (Vec<Ahead>, Vec<BTreeSet<SetId>>) =
             bands.par_iter().map_init(&stream, gather).unzip();
         let seen: BTreeSet<SetId> = seen.into_iter().flatten().collect();
+        // What is not seen is not read, and the rest may fit.
         sets.retain(|id, _| seen.contains(id));
         if room(sets.values()) <= limit {
             return None;
