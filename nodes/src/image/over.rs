@@ -19,9 +19,9 @@ pub struct Over {
     pub front: Link<Image>,
     /// The picture behind it, of the same size.
     pub back: Link<Image>,
-    /// Porter and Duff's operator. `Over`; `In`, the front where the back is; `Out`, the front
-    /// where the back is not; `Atop`, the front where the back is, and the back elsewhere; `Xor`,
-    /// each where the other is not; `Plus`, the sum.
+    /// Porter and Duff's operator. `Over`: the front over the back. `In`: the front where the back
+    /// is. `Out`: the front where the back is not. `Atop`: the front where the back is, and the
+    /// back elsewhere. `Xor`: each where the other is not. `Plus`: the sum.
     pub operator: Operator,
 }
 

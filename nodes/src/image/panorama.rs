@@ -14,7 +14,7 @@ use spandrel_engine::values::{Lines, Picture};
 
 /// Makes a panorama of what is behind a scene, seen in all directions. It shows the `Background`s
 /// of an image of spans over each other, with everything that programs drew on them. The panorama
-/// is twice as wide as high; its middle faces -z and its top is the zenith. `PanoramaLight` lights
+/// is twice as wide as high. Its middle faces -z and its top is the zenith. `PanoramaLight` lights
 /// with it; `Background(by: Direction)` shows it.
 ///
 /// Link a `Background`, or a node that shades or merges it. Images that are moved, or read from a

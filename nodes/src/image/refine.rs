@@ -28,9 +28,9 @@ pub struct Refine {
     /// The image that the picture was resolved from, better shaded.
     pub image: Link<SpanImage>,
     /// What is computed anew. `Objects(["table/*"])` selects objects by name, or by the end of the
-    /// name after a `/`; `*` stands for anything, and `spandrel info` of the scene lists the names.
-    /// `Faces({"scene.ron": [3, 4]})` selects faces by number; `Region(left, top, width, height)`
-    /// is in pixels; `Traced` selects everything that rays start from.
+    /// name after a `/`; `*` stands for anything. `spandrel info` of the scene lists the names.
+    /// `Faces({"scene.ron": [3, 4]})` selects faces by number. `Region(left, top, width, height)`
+    /// is in pixels. `Traced` selects everything that rays start from.
     pub select: Select,
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.
     pub size: (u32, u32),

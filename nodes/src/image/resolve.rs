@@ -30,8 +30,8 @@ pub struct Resolve {
     /// `Sampled(n, Trapezoid)` and `Sampled(n, Box)` take lines as they are, weighted as in the
     /// papers. n is 1 to 1024: more is more accurate and slower. `Adaptive(n, tolerance)` is
     /// `Sloped(n)`, with pixels solved again whose coverage may be off by more than the tolerance,
-    /// 0 to 1. `Exact` leaves no error, slowly. The channel `aa_error` shows the estimated error
-    /// that decides.
+    /// 0 to 1. `Exact` goes on until no error is left, slowly. The channel `aa_error` shows the
+    /// estimate that decides.
     pub lines: Rule,
     /// Scale in x and y. The picture is this many times `size`; visibility is not solved again.
     pub scale: (f64, f64),

@@ -14,7 +14,7 @@ use spandrel_engine::visible::{self, Cluster};
 /// Renders a scene to spans by the scan-line method: the visible part of every face on every line,
 /// exactly. Concave faces, holes, seals and faces that cross each other need no preparation.
 ///
-/// The number of lines is not set here: `Resolve` sets it.
+/// The number of lines is not set here. It comes from the node that resolves or writes the image.
 ///
 /// Example: `Scanline(scene: "assets/solids.ron", camera: "eye")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]

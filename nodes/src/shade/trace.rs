@@ -14,9 +14,9 @@ use spandrel_engine::values::{Lamps, Lines};
 use std::sync::Arc;
 
 /// Local ray tracing: shows reflections and refractions where a material's `finish` has `optics`,
-/// and traces nothing else. What a ray meets is shaded like what the camera sees: by the lights
-/// before this node, and by the fog after it, along the way from the mirror. Put it after
-/// `Illuminate` and before `Fog`.
+/// and traces nothing else. What a ray meets is shaded like what the camera sees. Lights before
+/// this node light it; fog after this node covers it, along the way from the mirror. Put `Trace`
+/// after `Illuminate` and before `Fog`.
 ///
 /// Example: `Trace(image: "lit", rays: 4, depth: 4, sky: "sky")`
 #[derive(Serialize, Deserialize, JsonSchema)]
