@@ -1,7 +1,7 @@
-//! The library of nodes: one file each, grouped by what they make (the lights of a scene's list share one).
-//! No node knows another.
+//! The library of nodes: one file for each node, grouped by what they make. The lights of a scene's
+//! list share one file. No node knows another.
 //!
-//! To add one, write its file and name it in [`register`].
+//! To add a node, write its file and name it in [`register`].
 
 #![allow(clippy::doc_markdown, reason = "a node's documentation is its manual, not Rust")]
 

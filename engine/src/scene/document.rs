@@ -1,8 +1,9 @@
 //! Documents, plans and objects: the model that people edit and files hold (\[D], "Geometry data
 //! structure").
 //!
-//! A document holds several plans, a plan a tree of objects under a root object that is always there,
-//! an object its faces. Everything is a plain value: read it, change it, remove it, write it.
+//! A document holds several plans. A plan has a tree of objects under a root object that is always
+//! there. An object has faces. Everything is a plain value that can be read, changed, removed and
+//! written.
 
 use glam::{DAffine3, DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -21,7 +22,7 @@ use crate::math;
 /// The version of the scene format that this library writes.
 pub const VERSION: u32 = 1;
 
-/// A scene file's contents: plans that share materials.
+/// The contents of a scene file: plans that share materials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename = "Scene", deny_unknown_fields, default)]
 pub struct Document {
@@ -32,7 +33,7 @@ pub struct Document {
     pub materials: BTreeMap<String, Material>,
     /// The plans, in order.
     pub plans: Vec<Plan>,
-    /// The plan that is meant if none is named and there are several.
+    /// The plan to use if none is named and there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub default_plan: Option<String>,
 }
@@ -54,10 +55,11 @@ impl Document {
         Document { plans: vec![plan], ..Document::default() }
     }
 
-    /// The plan called `name`; without a name the default plan, or the only one.
+    /// The plan called `name`. Without a name, the default plan, or the only one.
     ///
     /// # Errors
-    /// If there is no such plan, or several and none is the default; the message lists them.
+    /// If there is no such plan, or if there are several and none is the default. The message lists
+    /// them.
     pub fn plan(&self, name: Option<&str>) -> Result<&Plan> {
         let names = || {
             let names: Vec<String> = self.plans.iter().map(|p| format!("\"{}\"", p.name)).collect();
@@ -75,11 +77,11 @@ impl Document {
         }
     }
 
-    /// Checks that names mean one thing: those of plans and of an object's children are unique, and objects have none
-    /// with a slash.
+    /// Checks that names are unique: those of plans, and those of an object's children. Names of
+    /// objects must not contain a slash.
     ///
     /// # Errors
-    /// If one is there twice, or has a slash.
+    /// If a name is used twice, or contains a slash.
     pub fn check_names(&self) -> Result<()> {
         let mut plans = HashSet::new();
         for plan in &self.plans {
@@ -110,10 +112,10 @@ pub struct Plan {
     /// Lights by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub lights: BTreeMap<String, Entry>,
-    /// The environment, if the file says anything of it.
+    /// The environment, if the file has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<Environment>,
-    /// Objects to be placed any number of times by [`Shape::Instance`]; not seen themselves.
+    /// Objects that [`Shape::Instance`] places any number of times; not seen themselves.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub definitions: BTreeMap<String, Object>,
     /// The root of all objects. Its name is not part of paths.
@@ -121,7 +123,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// An object by its path, such as `"house/roof"`; the empty path is the root.
+    /// An object by its path, such as `"house/roof"`. The empty path is the root.
     pub fn object(&self, path: &str) -> Option<&Object> {
         let mut names = path.split('/').filter(|name| !name.is_empty());
         names.try_fold(&self.root, |at, name| at.children.iter().find(|child| child.name == name))
@@ -135,10 +137,10 @@ impl Plan {
         })
     }
 
-    /// Adds an object under the one at `parent`, which may be the root `""`.
+    /// Adds an object under the one at `parent`. The root is `""`.
     ///
     /// # Errors
-    /// If there is no such parent, or it has a child of that name, or the name has a `/`.
+    /// If there is no such parent, if it has a child of that name, or if the name contains a `/`.
     pub fn add(&mut self, parent: &str, object: Object) -> Result<()> {
         if object.name.contains('/') {
             return Err(Error::invalid(format!("the object name \"{}\" has a slash", object.name)));
@@ -154,7 +156,8 @@ impl Plan {
         Ok(())
     }
 
-    /// Removes the object at `path` with all under it, and returns it. The root cannot be removed.
+    /// Removes the object at `path` with everything under it, and returns it. The root cannot be
+    /// removed.
     pub fn remove(&mut self, path: &str) -> Option<Object> {
         let path = path.trim_matches('/');
         let (parent, name) = path.rsplit_once('/').unwrap_or(("", path));
@@ -168,20 +171,20 @@ impl Plan {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Object {
-    /// The object's name, unique among its parent's children; without `/`.
+    /// The object's name, unique among its parent's children and without `/`.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// From its space to its parent's.
     #[serde(skip_serializing_if = "is_default")]
     pub transform: Transform,
-    /// What of it is seen. Children show no more than their parent: under a hidden object all is
-    /// hidden, under one that shows faces only no seal is seen.
+    /// Which parts of it are seen. Children show no more than their parent. Under a hidden object
+    /// everything is hidden; under one that shows faces only, no seal is seen.
     #[serde(skip_serializing_if = "is_default")]
     pub display: Display,
-    /// Whatever the user wants to keep with it.
+    /// The user's own data.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub user: BTreeMap<String, String>,
-    /// The material of faces that name none; absent, the parent's.
+    /// The material of faces that name none. If absent, the parent's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// Its faces.
@@ -206,7 +209,7 @@ impl Object {
         self
     }
 
-    /// The same object of another material.
+    /// The same object with another material.
     #[must_use]
     pub fn of(mut self, material: impl Into<String>) -> Object {
         self.material = Some(material.into());
@@ -234,7 +237,7 @@ impl Object {
     /// The object's faces, to change them. A primitive becomes a list of faces first.
     ///
     /// # Errors
-    /// If the shape is not made of faces of its own (an instance, an array, a file), or a primitive's
+    /// If the shape has no faces of its own (an instance, an array, a file), or if a primitive's
     /// parameters are wrong.
     pub fn faces_mut(&mut self) -> Result<&mut Mesh> {
         if !matches!(self.shape, Shape::Faces(_)) {
@@ -247,7 +250,7 @@ impl Object {
     }
 }
 
-/// What of an object is seen. A greater state shows more.
+/// Which parts of an object are seen. A greater state shows more.
 #[derive(
     Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize,
 )]
@@ -266,19 +269,19 @@ pub enum Display {
 #[serde(transparent)]
 pub struct Transform(pub Vec<Step>);
 
-/// A step of a transform. Lengths in metres, angles in degrees, counter-clockwise seen from the tip of
-/// the axis.
+/// A step of a transform. Lengths are in metres. Angles are in degrees, counter-clockwise seen from
+/// the tip of the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Step {
     /// Moves along x, y, z.
     Move(f64, f64, f64),
     /// Turns about the x axis.
     TurnX(f64),
-    /// Turns about the y axis: the vertical.
+    /// Turns about the y axis, the vertical.
     TurnY(f64),
     /// Turns about the z axis.
     TurnZ(f64),
-    /// Scales alike in all directions.
+    /// Scales equally in all directions.
     Scale(f64),
     /// Scales along x, y, z; negative factors mirror.
     Stretch(f64, f64, f64),
@@ -287,7 +290,7 @@ pub enum Step {
 }
 
 impl Transform {
-    /// A transform by its matrix.
+    /// A transform from its matrix.
     pub fn from_matrix(matrix: DAffine3) -> Transform {
         if matrix == DAffine3::IDENTITY {
             return Transform::default();

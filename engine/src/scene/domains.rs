@@ -1,6 +1,6 @@
-//! Attribute mapping (\[D]): *attribute domains* on a surface, each with an *attribute index*, and a table of
-//! *bundles*, which are materials. Indices are never mixed: what a pixel covers of a surface is divided among its
-//! domains.
+//! Attribute mapping (\[D], "Attribute mapping"). A surface has *attribute domains*, each with an
+//! *attribute index*. A table gives a *bundle*, which is a material, for each index. Indices are
+//! never mixed: what a pixel covers of a surface is divided among its domains.
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -18,13 +18,13 @@ use crate::key::{Key, KeyHasher};
 use crate::open;
 use crate::texture::{Filter, Footprint, Mapping, Meaning, Opened, Source, is_in, store};
 
-/// Attribute domains of a surface, and what each looks like.
+/// Attribute domains of a surface, and the material of each.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Domains {
     /// Which index is where.
     pub define: Define,
-    /// How the canvas of the domains lies on the surface.
+    /// How the canvas of the domains is placed on the surface.
     #[serde(default)]
     pub mapping: Mapping,
     /// The bundle table: materials of the scene by attribute index.
@@ -34,30 +34,33 @@ pub struct Domains {
     pub(super) numbers: BTreeMap<u8, u32>,
 }
 
-/// An attribute-domain definition function, over a canvas from 0 to 1 that repeats as its mapping says.
+/// An attribute-domain definition function, over a canvas from 0 to 1 that repeats as its mapping
+/// says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Define {
     /// Tiles, 1, with joints between them, 0, as wide as this share of the canvas.
     Tiled(f64),
-    /// Bricks, 1, with joints, 0; the canvas has two courses of one brick, the upper one moved by half.
+    /// Bricks, 1, with joints, 0. The canvas has two courses of one brick; the upper is moved by
+    /// half.
     Bricked(f64),
-    /// Squares, 0 and 1 in turns, two to a side of the canvas.
+    /// Squares, 0 and 1 by turns, two to a side of the canvas.
     Checker,
-    /// A trigger pattern: the bytes of a grey picture, or the numbers of its colours if it has a palette, are indices.
+    /// A trigger pattern. The indices are the bytes of a grey picture, or the numbers of its
+    /// colours if it has a palette.
     Picture(String),
 }
 
-/// The most texels of a trigger pattern, or canvases, along a side of what a pixel covers for which its shares are
-/// exact.
+/// The most texels of a trigger pattern, or canvases, along a side of what a pixel covers for which
+/// shares are exact.
 const NEAR: f64 = 8.0;
 const NEAR_CANVASES: f64 = 3.0;
 
-/// Samples of a canvas along a side of what a pixel covers of many, and the most of all.
+/// Samples of a canvas along a side of what a pixel covers, if it covers many; and the most in all.
 const SAMPLES: f64 = 8.0;
 const MOST_SAMPLES: f64 = 48.0;
 
 impl Define {
-    /// Where a canvas has the index 1, if it is a function: elsewhere it is 0.
+    /// Where a canvas has the index 1, if it is a function. Elsewhere it is 0.
     fn ones(&self) -> [[DVec2; 2]; 2] {
         let rectangle = |u: [f64; 2], v: [f64; 2]| [DVec2::new(u[0], v[0]), DVec2::new(u[1], v[1])];
         match *self {
@@ -96,12 +99,12 @@ impl Define {
 }
 
 impl Domains {
-    /// The numbers of the materials of its table.
+    /// The numbers of the materials in its table.
     pub(super) fn bundles(&self) -> impl Iterator<Item = u32> + '_ {
         self.numbers.values().copied()
     }
 
-    /// Whether they can be.
+    /// Checks numbers and the table.
     ///
     /// # Errors
     /// If a number is out of range, or an index has no bundle.
@@ -131,12 +134,13 @@ impl Domains {
     }
 }
 
-/// Domains at hand.
+/// Domains, ready to use.
 #[derive(Debug)]
 pub(super) struct Ready {
     pub(super) domains: Domains,
     path: PathBuf,
-    /// Of a trigger pattern, four indices of the table each: the pattern, and how much of its coarser texels is theirs.
+    /// For a trigger pattern, four indices of the table each: the pattern, and how much of its
+    /// coarser texels they have.
     sources: Vec<Source>,
     fault: FirstError,
 }
@@ -166,7 +170,7 @@ impl Ready {
         ready
     }
 
-    /// Whether its picture is there.
+    /// Checks that its picture is there.
     ///
     /// # Errors
     /// If it is not.
@@ -181,13 +185,13 @@ impl Ready {
         self.fault.take()
     }
 
-    /// Its trigger patterns, and the bytes that each takes at most.
+    /// Its trigger patterns, and the most bytes that each takes.
     pub(super) fn pictures(&self, sizes: &mut Sizes) -> Vec<(Key, u64)> {
         let sources = self.sources.iter();
         sources.map(|source| (source.key, sizes.of(source.key, &self.path, None))).collect()
     }
 
-    /// The pictures at hand, for a batch of fragments.
+    /// The opened pictures, for a batch of fragments.
     pub(super) fn open(&self) -> Vec<Opened<'_>> {
         let opened = self.sources.iter().map(|source| store().open(source));
         self.fault.sift(opened.collect()).unwrap_or_default()
@@ -233,7 +237,7 @@ impl Ready {
         self.there(numbers, shares)
     }
 
-    /// The materials that have any share, their shares made to sum to 1: at least one.
+    /// The materials that have any share, with shares that sum to 1: at least one.
     fn there(&self, numbers: Vec<u32>, shares: Vec<f32>) -> Vec<(u32, f32)> {
         let all: f32 = shares.iter().sum();
         let there = numbers.into_iter().zip(shares).filter(|(_, share)| *share > 1e-4 * all);

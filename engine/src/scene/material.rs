@@ -1,4 +1,4 @@
-//! What surfaces look like.
+//! Materials: what surfaces look like (\[D], "Attribute data structure").
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -13,43 +13,44 @@ use crate::texture::Mapping;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Material {
-    /// Share of light reflected, scene-linear, each in [0, 1]; for an unlit surface, its radiance.
+    /// Share of light reflected, scene-linear, each in [0, 1]. For an unlit surface, its radiance.
     pub color: Color,
-    /// How much of what lies behind is hidden, in [0, 1].
+    /// How much of what is behind is hidden, in [0, 1].
     #[serde(skip_serializing_if = "is_one")]
     pub alpha: f32,
     /// How `alpha` is read.
     #[serde(skip_serializing_if = "is_default")]
     pub alpha_mode: AlphaMode,
-    /// Lights leave it alone: it shows `color` as it is.
+    /// Lights do not change it: it shows `color` as it is.
     #[serde(skip_serializing_if = "is_default")]
     pub unlit: bool,
-    /// How it answers light beside its colour.
+    /// How it reflects light, besides its colour.
     #[serde(skip_serializing_if = "is_default")]
     pub finish: Finish,
-    /// It is seen from the front only; from behind the face is not there.
+    /// It is seen only from the front. From behind, the face is not there.
     #[serde(skip_serializing_if = "is_default")]
     pub one_sided: bool,
     /// It casts shadows.
     #[serde(skip_serializing_if = "is_true")]
     pub casts: bool,
-    /// Pictures by what they change of the surface.
+    /// Pictures on the surface, by what they change.
     ///
     /// | name | is | strength |
     /// |---|---|---|
     /// | `color` | a colour, times the material's, and an alpha | how much of it there is |
     /// | `alpha` | numbers, times the material's alpha | the same |
-    /// | `normal` | unit vectors, (1, 1, 1) coding 1: right, up, out | of what leans to the side |
+    /// | `normal` | unit vectors, (1, 1, 1) coding 1: right, up, out | of the part that leans sideways |
     /// | `bump` | heights | metres between 0 and 1 |
     /// | `metallic_roughness` | numbers, times roughness (green) and metal (blue) of `Microfacets` | how much of it there is |
     /// | `occlusion` | numbers (red), times light from everywhere | the same |
     /// | `emission` | a colour, times the glow | the same |
-    /// | `reflection` | a panorama of what is mirrored, whatever is there | cd/m2 of white |
+    /// | `reflection` | a panorama that is mirrored, whatever the scene | cd/m2 of white |
     /// | `reflect`, `refract` | a colour, times that of the optics | how much of it there is |
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub maps: BTreeMap<String, Map>,
-    /// It is divided into domains, each of which looks like another material (\[D], "Attribute mapping"). Its own
-    /// colour and maps are not seen; whether it casts and is one-sided still counts.
+    /// Divides the surface into domains, each of which looks like another material (\[D],
+    /// "Attribute mapping"). The material's own colour and maps are not seen. Whether it casts and
+    /// is one-sided still counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub domains: Option<Domains>,
 }
@@ -71,7 +72,7 @@ impl Default for Material {
 }
 
 impl Material {
-    /// Whether some of it is not there: where pictures say so, or all of it.
+    /// Whether part of it is absent: where pictures say so, or all of it.
     pub fn is_cut(&self) -> bool {
         let by_picture = ["color", "alpha"].iter().any(|name| self.maps.contains_key(*name));
         match self.alpha_mode {
@@ -86,7 +87,7 @@ impl Material {
         self.is_cut() || self.opacity() < 1.0
     }
 
-    /// How much of what lies behind is hidden where no vertex or picture says more.
+    /// How much of what is behind is hidden where no vertex or picture says more.
     pub fn opacity(&self) -> f32 {
         match self.alpha_mode {
             AlphaMode::Blend => self.alpha.clamp(0.0, 1.0),
@@ -107,16 +108,16 @@ fn is_one(value: &f32) -> bool {
 /// How alpha is read (the three modes of glTF).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum AlphaMode {
-    /// It is not: the surface hides all that is behind it.
+    /// Alpha is ignored: the surface hides everything behind it.
     #[default]
     Opaque,
-    /// Either whole or nothing, at this threshold.
+    /// All or nothing, at this threshold.
     Mask(f32),
     /// As a share.
     Blend,
 }
 
-/// A picture on a surface, and how it lies there.
+/// A picture on a surface, and how it is placed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Map {
@@ -125,13 +126,13 @@ pub struct Map {
     /// How much of it there is: see [`Material::maps`].
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub strength: f32,
-    /// How it lies on the surface.
+    /// How it is placed on the surface.
     #[serde(default, skip_serializing_if = "is_default")]
     pub mapping: Mapping,
 }
 
 impl Map {
-    /// A picture in a file, as the vertices' coordinates place it.
+    /// A picture, placed by the vertices' coordinates.
     pub fn of(picture: Picture) -> Map {
         Map { picture, strength: 1.0, mapping: Mapping::default() }
     }
@@ -148,11 +149,11 @@ pub enum Picture {
     File(String),
     /// Inside a scene file: the file's path, and the picture's number in it.
     Embedded(String, u32),
-    /// Nowhere: so many waves from left to right and from bottom to top, between 0 and 1 (\[D], "functional bump
-    /// generator").
+    /// Not in a file: this many waves from left to right and from bottom to top, between 0 and 1
+    /// (\[D], "functional bump generator").
     Wave(f64, f64),
-    /// In a file, whose pixels are taken as they are, sRGB and not turned, whatever the file says of its colours and of
-    /// how it is held: as glTF has it.
+    /// In a file, whose pixels are taken as sRGB and not turned, whatever the file says about its
+    /// colours and orientation. glTF requires this.
     Raw(String),
 }
 
@@ -165,7 +166,7 @@ impl Picture {
         }
     }
 
-    /// The file that it is in, its own or a scene's.
+    /// The file that holds it: its own, or a scene's.
     pub(super) fn path_mut(&mut self) -> Option<&mut String> {
         match self {
             Picture::File(path) | Picture::Raw(path) | Picture::Embedded(path, _) => Some(path),

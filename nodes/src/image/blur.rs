@@ -1,3 +1,5 @@
+//! The node `Blur`: blurs a finished picture.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -7,7 +9,7 @@ use spandrel_engine::image::Image;
 use spandrel_engine::picture;
 use spandrel_engine::values::Picture;
 
-/// Spreads a picture by a Gaussian, colour and alpha.
+/// Blurs a picture by a Gaussian, colour and alpha.
 ///
 /// Example: `Blur(image: "picture", radius: 0.01)`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -15,7 +17,8 @@ use spandrel_engine::values::Picture;
 pub struct Blur {
     /// The picture.
     pub image: Link<Image>,
-    /// The standard deviation, as a share of the picture's height, so that it is alike at every size.
+    /// The standard deviation, as a share of the picture's height. The blur then looks alike at
+    /// every size.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub radius: f64,
 }

@@ -1,3 +1,5 @@
+//! The node `Grade`: changes the colours of a finished picture.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -8,9 +10,9 @@ use spandrel_engine::image::Image;
 use spandrel_engine::picture;
 use spandrel_engine::values::Picture;
 
-/// Changes the colours of a picture, in this order: times 2 ^ `exposure` and `multiply`, plus `add`, to the power
-/// 1 / `gamma`, towards grey or away from it by `saturation`. Before anything is resolved `Recolor` and `Stream`
-/// do this object by object.
+/// Changes the colours of a picture. The steps, in order: times 2 ^ `exposure`, times `multiply`,
+/// plus `add`, to the power 1 / `gamma`, then `saturation`. `Recolor` and `Stream` grade object by
+/// object, before anything is resolved.
 ///
 /// Example: `Grade(image: "picture", exposure: 0.5, saturation: 0.9)`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -18,13 +20,13 @@ use spandrel_engine::values::Picture;
 pub struct Grade {
     /// The picture.
     pub image: Link<Image>,
-    /// Stops: 1 makes it twice as bright.
+    /// Stops: 1 makes the picture twice as bright.
     pub exposure: f32,
-    /// Factor of each component.
+    /// The factor for each component.
     pub multiply: Color,
-    /// What is added to each component.
+    /// Added to each component.
     pub add: Color,
-    /// Above 1, what is darker than 1 becomes brighter.
+    /// Above 1, values below 1 become brighter.
     pub gamma: Color,
     /// 0 makes grey, 1 changes nothing.
     pub saturation: f32,

@@ -1,3 +1,6 @@
+//! The node `Matte`: cuts a subject out of a photograph, as \[N] cuts out its trees ("Texture
+//! mapping").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -9,8 +12,9 @@ use spandrel_engine::image::Samples;
 use spandrel_engine::picture::{self, Key, Operator};
 use spandrel_engine::values::Picture;
 
-/// Cuts a subject out of a photograph: a tree out of its sky. Keys say what is surely subject and surely
-/// background; pixels between get an alpha, and the background's colour is taken out of them.
+/// Cuts a subject out of a photograph, such as a tree out of its sky. Keys say which colours are
+/// surely subject and which are surely background. Pixels between get an alpha, and the
+/// background's colour is removed from them.
 ///
 /// Example: `Matte(image: "assets/photos/oak.jpg", keys: [Bluer(-0.02, 0.13)])`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -18,23 +22,25 @@ use spandrel_engine::values::Picture;
 pub struct Matte {
     /// The photograph.
     pub image: Link<Image>,
-    /// What tells the background: `Brighter(0.6, 0.8)`, `Darker(0.3, 0.1)`, `Bluer(0.05, 0.15)`,
-    /// `Hue(210, 40, 0.2)` (degrees, within, how much colour), `Clean(0.1, 0.03)`. Each says where the subject
-    /// ends and where the background begins, of colours as a display codes them; all must agree.
+    /// How the background is recognised: `Brighter(0.6, 0.8)`, `Darker(0.3, 0.1)`, `Bluer(0.05,
+    /// 0.15)`, `Hue(210, 40, 0.2)` (hue in degrees, tolerance, amount of colour), `Clean(0.1,
+    /// 0.03)`. Each key says where the subject ends and where the background begins, in
+    /// display-coded colours. All keys must agree.
     pub keys: Vec<Key>,
     /// The same view without the subject.
     pub clean: Option<Link<Image>>,
-    /// A polygon around the subject, in shares of width and height from the top left: outside is background.
+    /// A polygon around the subject; everything outside it is background. Points are shares of
+    /// width and height from the top left.
     pub garbage: Vec<(f64, f64)>,
-    /// A polygon inside of it: inside is subject.
+    /// A polygon inside the subject; everything inside it is subject.
     pub keep: Vec<(f64, f64)>,
-    /// How wide soft edges reach into the background, as a share of the height.
+    /// How far soft edges reach into the background, as a share of the height.
     #[schemars(range(min = 0.0, max = 0.1))]
     pub edge: f64,
-    /// How much of the background's colour is taken out of soft edges.
+    /// How much of the background's colour is removed from soft edges.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub decontaminate: f32,
-    /// Given, the subject is shown over this colour, to look at it.
+    /// If given, the subject is shown over this colour for inspection.
     pub preview: Option<Color>,
 }
 

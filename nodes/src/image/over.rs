@@ -1,3 +1,5 @@
+//! The node `Over`: composites two pictures by alpha (\[D], "Applications", fig. 15).
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -6,8 +8,8 @@ use spandrel_engine::image::Image;
 use spandrel_engine::picture::{self, Operator};
 use spandrel_engine::values::Picture;
 
-/// Puts one picture before another by their alphas: a cut-out photograph over a finished picture. The other
-/// channels are those of the back.
+/// Composites one picture over another by alpha, such as a cut-out photograph over a finished
+/// picture. The other channels are those of the back.
 ///
 /// Example: `Over(front: "title", back: "picture")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
@@ -17,8 +19,9 @@ pub struct Over {
     pub front: Link<Image>,
     /// The picture behind it, of the same size.
     pub back: Link<Image>,
-    /// `Over`; `In`, the front where the back is; `Out`, where it is not; `Atop`, the front where the back is
-    /// and the back beside it; `Xor`, each where the other is not; `Plus`, the sum (Porter and Duff).
+    /// Porter and Duff's operator. `Over`: the front over the back. `In`: the front where the back
+    /// is. `Out`: the front where the back is not. `Atop`: the front where the back is, and the
+    /// back elsewhere. `Xor`: each where the other is not. `Plus`: the sum.
     pub operator: Operator,
 }
 

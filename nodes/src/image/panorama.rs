@@ -1,3 +1,5 @@
+//! The node `Panorama`: makes a panorama of what is behind a scene.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -10,10 +12,13 @@ use spandrel_engine::resolve::Rule;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lines, Picture};
 
-/// What stands behind everything, seen in all directions: the `Background`s of an image of spans over each other, with all that
-/// programs drew on them, as a panorama twice as wide as high. Its middle lies towards -z, its top is the zenith.
-/// `PanoramaLight` lights with it; `Background(by: Direction)` shows it. Link a `Background`, or what shades or merges it:
-/// images that are moved, or read from a file of spans, have lines of their own and fit no panorama.
+/// Makes a panorama of what is behind a scene, seen in all directions. It shows the `Background`s
+/// of an image of spans over each other, with everything that programs drew on them. The panorama
+/// is twice as wide as high. Its middle faces -z and its top is the zenith. `PanoramaLight` lights
+/// with it; `Background(by: Direction)` shows it.
+///
+/// Link a `Background`, or a node that shades or merges it. Images that are moved, or read from a
+/// file of spans, have lines of their own, so no panorama can be made of them.
 ///
 /// Example: `Panorama(image: "clouds", rows: 256)`
 #[derive(Serialize, Deserialize, JsonSchema)]

@@ -1,3 +1,5 @@
+//! The node `Quantize`: reduces a picture to a palette (\[D], "System overview of RSP").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -8,7 +10,8 @@ use spandrel_engine::image::Image;
 use spandrel_engine::picture::{self, Dither, Palette};
 use spandrel_engine::values::Picture;
 
-/// Shows a picture in few colours, for displays with a palette: colours of its own, or given ones.
+/// Shows a picture in a few colours, for displays with a palette. The palette is the picture's own
+/// or given.
 ///
 /// Example: `Quantize(image: "picture", colors: 16, dither: Diffused)`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -16,12 +19,13 @@ use spandrel_engine::values::Picture;
 pub struct Quantize {
     /// The picture.
     pub image: Link<Image>,
-    /// How many colours of its own it may have, chosen by k-means.
+    /// How many colours its own palette has, chosen by k-means.
     #[schemars(range(min = 1, max = 256))]
     pub colors: u32,
-    /// Given, these colours instead, at most 256.
+    /// If given, these colours are used instead; at most 256.
     pub palette: Vec<Color>,
-    /// How what is between them is shown: `None`, `Ordered(strength)` or `Diffused` (Floyd and Steinberg).
+    /// How colours between those of the palette are shown: `None`, `Ordered(strength)` or
+    /// `Diffused` (Floyd and Steinberg).
     pub dither: Dither,
 }
 

@@ -1,3 +1,5 @@
+//! The node `Read`: reads a picture file.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -9,28 +11,30 @@ use spandrel_engine::image::file::{Encoded, NotFinite, Select};
 use spandrel_engine::resolve::Channel;
 use spandrel_engine::values::Picture;
 
-/// Reads a picture: OpenEXR and Radiance as they are, all others, which have 8 or 16 bits, as scene-linear colour. A
-/// link to a picture may name the file itself.
+/// Reads a picture. OpenEXR and Radiance are taken as they are; all others, of 8 or 16 bits, become
+/// scene-linear colour. A link to a picture may name the file directly.
 ///
-/// What the file says of its colours is heeded: those of other primaries become those of Rec. 709, with a note. So is
-/// how a camera was held. What it has beside its colour is kept under its names, with its attributes, for nodes that ask
-/// for it, and for `Write`.
+/// What the file says about its colours is applied: other primaries are converted to those of Rec.
+/// 709, with a note. So is the orientation of the camera. Other channels keep their names and
+/// attributes, for nodes that ask for them and for `Write`.
 ///
 /// Example: `Read(file: "plate.exr", layer: "beauty")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct Read {
-    /// The file: PNG, JPEG, OpenEXR, Radiance (`.hdr`), TIFF, WebP, BMP or TGA; its first bytes say which.
+    /// The file: PNG, JPEG, OpenEXR, Radiance (`.hdr`), TIFF, WebP, BMP or TGA. Its first bytes
+    /// decide which.
     pub file: InFile,
-    /// Of OpenEXR: the layer whose colour this is, such as `"diffuse"`, or `"Combined"` for `"ViewLayer.Combined"`.
-    /// A layer of one channel is grey. Absent, the main layer, or the only one that has colour.
+    /// OpenEXR only: the layer to take the colour from, such as `"diffuse"`, or `"Combined"` for
+    /// `"ViewLayer.Combined"`. A layer of one channel is grey. If absent, the main layer, or the
+    /// only one with colour.
     pub layer: Option<String>,
-    /// Of OpenEXR: read this part only, by its name or its number from 0.
+    /// OpenEXR only: reads only this part, by its name or its number from 0.
     pub part: Option<String>,
-    /// Of OpenEXR: the view, such as `"right"`. Absent, the first.
+    /// OpenEXR only: the view, such as `"right"`. If absent, the first.
     pub view: Option<String>,
-    /// What is done to colours that are not finite: `Refuse` the picture, with the pixel and the channel; `Zero`; or
-    /// `Nearest`, the nearest that is finite.
+    /// What to do with colours that are not finite. `Refuse` the picture, naming the pixel and the
+    /// channel; `Zero` replaces them by 0; `Nearest` by the nearest finite one.
     pub not_finite: NotFinite,
 }
 

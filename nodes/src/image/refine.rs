@@ -1,3 +1,5 @@
+//! The node `Refine`: computes a part of a picture anew (\[N], "Local processing").
+
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,9 +14,10 @@ use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture;
 use spandrel_engine::values::{Lines, Picture};
 
-/// Computes a part of a picture anew, such as what mirrors, with more rays: pixels that show anything selected
-/// become those of `image`, resolved here, and all others stay as they are in `over`. Nothing else is shaded.
-/// Size, lines, scale and the rest are those with which the picture was resolved.
+/// Computes a part of a picture anew, such as its mirrors with more rays. Pixels that show anything
+/// selected become those of `image`, resolved here. All others stay as they are in `over`, and
+/// nothing else is shaded. Size, lines, scale and the rest must be those with which the picture was
+/// resolved.
 ///
 /// Example: `Refine(over: "picture", image: "better", select: Objects(["ball*"]), size: (1280, 720), lines: Sloped(8))`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -22,11 +25,12 @@ use spandrel_engine::values::{Lines, Picture};
 pub struct Refine {
     /// The picture.
     pub over: Link<Image>,
-    /// The image that it was resolved from, shaded better.
+    /// The image that the picture was resolved from, better shaded.
     pub image: Link<SpanImage>,
-    /// What is computed anew: `Objects(["table/*"])` by the names of objects (`spandrel info` of the scene lists
-    /// them) or the end of them after a `/`, where `*` stands for anything; `Faces({"scene.ron": [3, 4]})`
-    /// by their numbers; `Region(left, top, width, height)` in pixels; `Traced`, what rays start from.
+    /// What is computed anew. `Objects(["table/*"])` selects objects by name, or by the end of the
+    /// name after a `/`; `*` stands for anything. `spandrel info` of the scene lists the names.
+    /// `Faces({"scene.ron": [3, 4]})` selects faces by number. `Region(left, top, width, height)`
+    /// is in pixels. `Traced` selects everything that rays start from.
     pub select: Select,
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.
     pub size: (u32, u32),
@@ -40,7 +44,7 @@ pub struct Refine {
     pub window: Option<(u32, u32, u32, u32)>,
     /// Which lines a scaled row takes, as in `Resolve`.
     pub vertical: Vertical,
-    /// How much what lies beside a pixel's centre counts, as in `Resolve`.
+    /// The pixel filter, as in `Resolve`.
     pub filter: Filter,
     /// How often faces are shaded, as in `Resolve`.
     pub shading: Rate,

@@ -1,3 +1,5 @@
+//! The node `Reformat`: crops, moves, scales and turns a finished picture.
+
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,8 +11,8 @@ use spandrel_engine::picture;
 use spandrel_engine::texture::Filter;
 use spandrel_engine::values::Picture;
 
-/// Lays a picture into another size: a part of it, moved, scaled and turned, filtered by what each new pixel
-/// covers of it. Colour and alpha only.
+/// Fits a picture, or a part of it, into another size: moved, scaled and turned. Each new pixel is
+/// filtered by what it covers of the old picture. Colour and alpha only.
 ///
 /// Example: `Reformat(image: "plate", size: (1920, 1080))`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -18,21 +20,21 @@ use spandrel_engine::values::Picture;
 pub struct Reformat {
     /// The picture.
     pub image: Link<Image>,
-    /// Columns and rows of the new picture. Absent, those of the old. `--size` and `--scale` of the command line
-    /// change it as they change all pictures.
+    /// Columns and rows of the new picture. If absent, those of the old. `--size` and `--scale` of
+    /// the command line change it, as they change all pictures.
     pub size: Option<(u32, u32)>,
     /// The part that is shown: left, top, width and height, as shares of the picture.
     pub part: (f64, f64, f64, f64),
-    /// Whether the part fills the new picture in both directions, whatever becomes of its proportions. Else all of
-    /// it is shown, with nothing beside it.
+    /// Whether the part fills the new picture in both directions, changing its proportions. If not,
+    /// all of it is shown, with nothing beside it.
     pub stretch: bool,
-    /// Moves it right and down, in shares of the new width and height.
+    /// Moves the picture right and down, in shares of the new width and height.
     pub shift: (f64, f64),
-    /// Larger to the right and downwards; below 0 mirrored.
+    /// Scales it to the right and downwards; below 0 mirrors it.
     pub scale: (f64, f64),
     /// Turns it clockwise about its middle, in degrees.
     pub turn: f64,
-    /// How it is filtered: `Nearest`, `Trilinear`, `Anisotropic(n)` or `Exact`.
+    /// The filter: `Nearest`, `Trilinear`, `Anisotropic(n)` or `Exact`.
     pub filter: Filter,
 }
 

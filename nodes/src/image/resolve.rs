@@ -1,3 +1,6 @@
+//! The node `Resolve`: from spans to pixels (\[N], "Regeneration of images" and "Regeneration of
+//! images with scaling"; \[D], "Shading display with shadow", eq. 1).
+
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,8 +15,8 @@ use spandrel_engine::texture;
 use spandrel_engine::values::{Lines, Picture};
 
 /// Turns spans into pixels, antialiased, at any scale. `size` and `lines` decide what visibility is
-/// solved for; `scale`, `pan` and `window` only how it is shown: several nodes that differ in these
-/// share one visibility.
+/// solved for. `scale`, `pan` and `window` only decide how it is shown: nodes that differ only in
+/// these share one visibility.
 ///
 /// Example: `Resolve(image: "hazy", size: (1600, 900), lines: Sloped(8))`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -23,30 +26,31 @@ pub struct Resolve {
     pub image: Link<SpanImage>,
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.
     pub size: (u32, u32),
-    /// How lines become pixels: `Sloped(n)`, with n lines per row and the slopes of edges;
-    /// `Sampled(n, Trapezoid)` or `Sampled(n, Box)`, lines as they are, weighted as in the papers. n is
-    /// 1 to 1024: time for accuracy. `Adaptive(n, tolerance)` is `Sloped(n)` with pixels solved again
-    /// whose coverage may be off by more than the tolerance, 0 to 1; `Exact` leaves nothing, slowly.
-    /// The channel `aa_error` shows the estimate that decides.
+    /// How lines become pixels. `Sloped(n)` has n lines per row and uses the slopes of edges.
+    /// `Sampled(n, Trapezoid)` and `Sampled(n, Box)` take lines as they are, weighted as in the
+    /// papers. n is 1 to 1024: more is more accurate and slower. `Adaptive(n, tolerance)` is
+    /// `Sloped(n)`, with pixels solved again whose coverage may be off by more than the tolerance,
+    /// 0 to 1. `Exact` goes on until no error is left, slowly. The channel `aa_error` shows the
+    /// estimate that decides.
     pub lines: Rule,
-    /// Scale in x and y: the picture is this many times `size`, without solving visibility again.
+    /// Scale in x and y. The picture is this many times `size`; visibility is not solved again.
     pub scale: (f64, f64),
     /// Moves the scene right and down, in pixels of the picture.
     pub pan: (f64, f64),
-    /// The part to compute: left, top, width, height, in pixels of the picture.
+    /// The part to compute: left, top, width and height, in pixels of the picture.
     pub window: Option<(u32, u32, u32, u32)>,
-    /// For `Sampled` at other scales than 1: `Whole` lines with equal weights as \[N] eq. 7 has them, or
+    /// For `Sampled` at scales other than 1: `Whole` lines with equal weights, as in \[N] eq. 7, or
     /// exact `Fractions`.
     pub vertical: Vertical,
-    /// How much what lies beside a pixel's centre counts: `Box`, `Tent`, `Gaussian`, `Mitchell` or
-    /// `Lanczos`, integrated along spans; sharper than filtering finished pixels. `Adaptive` and `Exact` take
-    /// `Box` only.
+    /// The pixel filter: `Box`, `Tent`, `Gaussian`, `Mitchell` or `Lanczos`. It is integrated along
+    /// spans, which is sharper than filtering finished pixels. `Adaptive` and `Exact` take `Box`
+    /// only.
     pub filter: Filter,
-    /// How often faces are shaded: `Face`, each once; `Pixel`, each in each pixel; `Line`, each on each line
-    /// in each pixel.
+    /// How often faces are shaded: `Face`, once each; `Pixel`, once in each pixel; `Line`, once on
+    /// each line in each pixel.
     pub shading: Rate,
-    /// How pictures on surfaces are filtered: `Nearest`, `Trilinear`, `Anisotropic(n)`, up to n times along what
-    /// a pixel covers of them, or `Exact`, the mean of it, slowly.
+    /// How pictures on surfaces are filtered: `Nearest`; `Trilinear`; `Anisotropic(n)`, up to n
+    /// samples along what a pixel covers; or `Exact`, the mean of what it covers, slowly.
     pub textures: texture::Filter,
 }
 

@@ -1,3 +1,6 @@
+//! The node `Segment`: from a picture to attribute indices (\[D], "Attribute domain"; its fig. 15
+//! segments by thresholds).
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -7,8 +10,8 @@ use spandrel_engine::image::Image;
 use spandrel_engine::picture::{self, Segments};
 use spandrel_engine::values::Picture;
 
-/// Divides a picture into numbered regions, by thresholds or by its own colours: a trigger pattern for attribute
-/// mapping. Written as a PNG, each byte is the number of the region.
+/// Divides a picture into numbered regions, by thresholds or by its own colours. The result is a
+/// trigger pattern for attribute mapping. Written as a PNG, each byte is the number of the region.
 ///
 /// Example: `Segment(image: "granite", colors: 3)`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -16,9 +19,10 @@ use spandrel_engine::values::Picture;
 pub struct Segment {
     /// The picture.
     pub image: Link<Image>,
-    /// Luminance as a display codes it, 0 to 1, each greater than the last: what is below the first is region 0.
+    /// Display-coded luminances, 0 to 1, each greater than the last. Region 0 is below the first.
     pub thresholds: Vec<f32>,
-    /// Without thresholds: regions by the nearest of so many colours of the picture, the darkest 0.
+    /// Without thresholds: how many of the picture's own colours make regions. Each pixel goes to
+    /// the nearest; the darkest is 0.
     #[schemars(range(min = 1, max = 256))]
     pub colors: u32,
 }

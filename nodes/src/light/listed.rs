@@ -1,3 +1,6 @@
+//! The lights of a scene's list as nodes (\[N], "Shading effects due to various types of light
+//! sources"; \[D], "Rendering condition data structure").
+
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -9,18 +12,18 @@ use spandrel_engine::trace::Toward;
 use spandrel_engine::values::Lamps;
 use std::borrow::Cow;
 
-/// A light as scenes list it, as a node: its fields and their documentation are the light's own.
+/// A light of a scene's list, as a node. Its fields and their documentation are the light's own.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Listed<L>(L);
 
-/// A light that scenes list.
+/// A light that can stand in a scene's list.
 pub trait ListedLight:
     MakeLamp + Serialize + DeserializeOwned + JsonSchema + Default + Clone + Send + Sync + 'static
 {
     /// Its name in graphs.
     const KIND: &'static str;
-    /// What people who come from other programs call it.
+    /// Its names in other programs.
     const ALIASES: &'static [&'static str];
 }
 

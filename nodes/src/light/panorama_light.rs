@@ -1,3 +1,5 @@
+//! The node `PanoramaLight`: lights a scene with a panorama that the graph makes.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::color::Color;
@@ -12,9 +14,9 @@ use spandrel_engine::{Error, Result};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Light from a picture of everything around that the graph makes: a sky with the clouds that a program drew on it
-/// (`Panorama`), or one that was graded. Its middle lies towards -z, its top is the zenith. A file that is used as it
-/// is may be the `picture` of a `SkyLight` too.
+/// Lights a scene with a panorama that the graph makes: a sky with clouds by a program
+/// (`Panorama`), or a graded picture. Its middle faces -z and its top is the zenith. A file that
+/// needs no change can also be the `picture` of a `SkyLight`.
 ///
 /// Example: `PanoramaLight(image: "panorama", illuminance: 12000)`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -22,8 +24,9 @@ use std::sync::Arc;
 pub struct PanoramaLight {
     /// The panorama, twice as wide as high.
     pub image: Link<Image>,
-    /// The illuminance that it gives to an open horizontal plane, in lux. Absent, as bright as it is: where the
-    /// picture is 1, as bright as a white surface under `white` lux.
+    /// The illuminance that it gives to an open horizontal plane, in lux. If absent, it is as
+    /// bright as it is: where the picture is 1, it is as bright as a white surface under `white`
+    /// lux.
     #[schemars(range(min = 0.0))]
     pub illuminance: Option<f64>,
     /// Without `illuminance`, the illuminance in lux under which a white surface shows 1.
@@ -32,7 +35,7 @@ pub struct PanoramaLight {
     /// Turns it, in degrees clockwise seen from above.
     #[schemars(range(min = -360.0, max = 360.0))]
     pub turn: f64,
-    /// What its light is multiplied by.
+    /// Its light is multiplied by this.
     pub color: Color,
     /// Whether it is on.
     pub on: bool,

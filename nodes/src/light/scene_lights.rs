@@ -1,3 +1,5 @@
+//! The node `SceneLights`: lights from a scene's list (\[D], "Rendering condition data structure").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -7,7 +9,7 @@ use spandrel_engine::light::list::MakeLamp;
 use spandrel_engine::scene::Scene;
 use spandrel_engine::values::Lamps;
 
-/// The lights of a scene's list: all of them, or those that are named. Each keeps its own switch.
+/// The lights of a scene's list: all, or those named. Each keeps its own switch.
 ///
 /// Example: `SceneLights(scene: "town", names: ["sun", "lamp"])`
 #[derive(Default, Serialize, Deserialize, JsonSchema)]
@@ -15,7 +17,7 @@ use spandrel_engine::values::Lamps;
 pub struct SceneLights {
     /// The scene.
     pub scene: Link<Scene>,
-    /// The names of the lights that are meant; all if there are none.
+    /// The names of the lights to take. If empty, all.
     pub names: Vec<String>,
 }
 

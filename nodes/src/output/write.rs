@@ -1,3 +1,5 @@
+//! The node `Write`: writes a picture to a file.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::graph::OutFile;
@@ -14,8 +16,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Writes a picture to a file: PNG (8 or 16 bits, sRGB, straight alpha) or OpenEXR (half or float,
-/// scene-linear, associated alpha). The file is whole or not there: it is written beside its place and then renamed.
-/// What a picture that was read has beside its colour, attributes too, is written to OpenEXR again.
+/// scene-linear, associated alpha). The file is never half written: it is written beside its place
+/// and then renamed. OpenEXR also gets back the other channels and attributes of a picture that was
+/// read.
 ///
 /// Example: `Write(image: "picture", path: "town.exr", channels: [Color, Z, Light])`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -23,21 +26,26 @@ use std::sync::Arc;
 pub struct Write {
     /// The picture.
     pub image: Link<Image>,
-    /// The file; its ending, `.png` or `.exr`, decides the format. Folders are made as needed.
+    /// The file. Its ending, `.png` or `.exr`, decides the format. Folders are made as needed.
     pub path: OutFile,
-    /// The channels to write; no others are. PNG holds `Color` only. EXR holds any: `Color` (R, G, B, A); `Z`
-    /// (distance along the view axis in metres, infinite for background); `N` (unit normal in world axes); `P`
-    /// (position in the world); `Id` (object); `Light` (a layer `light_NAME` for each light, `light_own_ambient` for
-    /// what `Illuminate` adds by itself, `rest` for what comes from no light; they sum to the colour); `Made` (a
-    /// channel or layer `NAME` for each that a `Stream` made); `Others` (whatever else was read with a picture);
-    /// `light_error` (how far sampled light may be off); `aa_error` (how far coverage may be off, 0 to 1). `Z`, `N`,
-    /// `P` and `Id` are those of the face that covers most of the pixel, unfiltered.
+    /// The channels to write; no others are written. PNG holds `Color` only. EXR holds any of
+    /// these. `Color`: R, G, B, A. `Z`: distance along the view axis in metres, infinite for
+    /// background. `N`: unit normal in world axes. `P`: position in the world. `Id`: the object.
+    /// `Light`: a layer `light_NAME` for each light, `light_own_ambient` for what `Illuminate` adds
+    /// by itself, and `rest` for what comes from no light; they sum to the colour. `Made`: a
+    /// channel or layer `NAME` for each that a `Stream` made. `Others`: whatever else was read with
+    /// a picture. `light_error`: how far sampled light may be off. `aa_error`: how far coverage may
+    /// be off, 0 to 1.
+    ///
+    /// `Z`, `N`, `P` and `Id` are unfiltered: they are those of the face that covers most of the
+    /// pixel.
     pub channels: BTreeSet<Channel>,
-    /// Bits per sample: PNG 8 or 16, EXR 16 (half) or 32. Absent, the first; but of an EXR what was read with 32 bits
-    /// keeps them. Z, P, ids and whatever is neither colour nor a layer of light are never made fewer than they had.
+    /// Bits per sample: PNG 8 or 16, EXR 16 (half) or 32. If absent, the first; but what was read
+    /// from an EXR with 32 bits keeps them. Z, P, ids, and all channels that are neither colour nor
+    /// a layer of light never lose bits.
     pub bits: Option<u32>,
-    /// Whether colours of 8 bits are dithered, by less than half a step, so that a night sky has no bands. What was
-    /// read from 8 bits stays as it was.
+    /// Whether colours of 8 bits are dithered, by less than half a step, so that a night sky has no
+    /// bands. What was read with 8 bits stays as it was.
     pub dither: bool,
 }
 
@@ -53,7 +61,7 @@ impl Default for Write {
     }
 }
 
-/// Whether what a picture has under a name is of one of some channels.
+/// Whether an entry of a picture, by its name, belongs to one of the given channels.
 fn is_of(channels: &BTreeSet<Channel>, name: &str, samples: &Samples) -> bool {
     match Channel::of(name) {
         Some(channel) => channels.contains(&channel) || channels.contains(&Channel::Others),
@@ -64,7 +72,7 @@ fn is_of(channels: &BTreeSet<Channel>, name: &str, samples: &Samples) -> bool {
     }
 }
 
-/// What is to be said of a whole picture that shows nothing.
+/// The warning for a whole picture that shows nothing.
 fn blank(image: &Image) -> Option<&'static str> {
     let is_whole = image.window == Window::whole(image.size.0, image.size.1);
     if !is_whole || image.window.area() < 64 || image.float("R").is_none() {
@@ -87,7 +95,7 @@ fn blank(image: &Image) -> Option<&'static str> {
 }
 
 impl Write {
-    /// The channels that the file has.
+    /// The channels of the file.
     fn asked(&self) -> BTreeSet<Channel> {
         match Format::of(Path::new(&self.path.0)) {
             Ok(Format::Png) => BTreeSet::from([Channel::Color]),

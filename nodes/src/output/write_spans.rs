@@ -1,3 +1,5 @@
+//! The node `WriteSpans`: stores spans in a file (\[N], "Image data structure").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::fragment::Columns;
@@ -11,8 +13,9 @@ use spandrel_engine::span_file::{self, Options};
 use spandrel_engine::values::{Delivery, Lines, Override};
 use spandrel_engine::{Error, Result};
 
-/// Writes an image of spans to a .span file: visibility, solved once, for merging, lighting and resolving at
-/// any scale later. The file is whole or not there: it is written beside its place and then renamed.
+/// Writes an image of spans to a .span file. Visibility is then solved once; the file can be
+/// merged, lit and resolved at any scale later. The file is never half written: it is written
+/// beside its place and then renamed.
 ///
 /// Example: `WriteSpans(image: "town", path: "town.span", size: (1600, 900), lines: Sloped(8))`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -24,25 +27,26 @@ pub struct WriteSpans {
     pub path: OutFile,
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.
     pub size: (u32, u32),
-    /// The rule for which lines are written, as `Resolve` has it: `Sloped(n)` and `Sampled(n, Box)` have the same
-    /// lines, `Sampled(n, Trapezoid)` has others; not `Adaptive` or `Exact`, which ask for more as they go.
+    /// The lines to write, as in `Resolve`. `Sloped(n)` and `Sampled(n, Box)` have the same lines;
+    /// `Sampled(n, Trapezoid)` has others. `Adaptive` and `Exact` are errors, because they ask for
+    /// more lines as they go.
     pub lines: Rule,
-    /// What of the scenes goes into the file: `ByPath`, where they are and a hash of what they are; `Embedded`,
-    /// all that they hold; `Left`, nothing: then no light can be set any more.
+    /// What the file holds of the scenes. `ByPath`: where they are, and a hash of their contents.
+    /// `Embedded`: everything in them. `Left`: nothing, and the image can no longer be lit.
     pub scenes: Scenes,
-    /// Store faces as they are shaded, not as they are by themselves with what shades them; no scene is stored then.
-    /// Of a face whose shading differs from place to place, one place's is stored: right for lights on flat faces; fog
-    /// and pictures are better added after reading.
+    /// Stores faces with their shading applied; no scene is then stored. A face whose shading
+    /// varies is stored with the shading of one place. That is right for lights on flat faces; add
+    /// fog and pictures after reading.
     pub shaded: bool,
 }
 
-/// What of the scenes goes into a span file.
+/// What a span file holds of the scenes.
 #[derive(Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
 pub enum Scenes {
-    /// Where they are and what they are.
+    /// Where they are, and a hash of their contents.
     #[default]
     ByPath,
-    /// All that they hold.
+    /// Everything in them.
     Embedded,
     /// Nothing.
     Left,

@@ -1,3 +1,5 @@
+//! The node `Background`: what is behind a scene, as spans (\[N], "Background processing").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -13,12 +15,13 @@ use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lamps, Lines, Override, Picture};
 use std::collections::BTreeSet;
 
-/// What stands behind a scene: a colour, a gradient over the horizon, a sky or a picture, over the whole view,
-/// as spans. `DepthMerge` puts the scene in front of it, exactly at every edge; `Stream` draws clouds on it;
-/// `Trace` shows it where rays meet nothing, if it is in the image or `beside`. Merge it after `Fog`, or fog
-/// covers it. With a `distance` it stands there: a photographed foreground, cut out by its alpha.
+/// Fills the whole view behind a scene with a colour, a gradient over the horizon, a sky or a
+/// picture, as spans. `DepthMerge` puts the scene in front of it, exactly at every edge. `Stream`
+/// draws clouds on it. `Trace` shows it where rays meet nothing, if it is in the image or `beside`.
+/// Merge it after `Fog`, or fog covers it. With a `distance` it stands there, such as a
+/// photographed foreground cut out by its alpha.
 ///
-/// Lights leave it alone. It casts no shadows.
+/// Lights do not change it, and it casts no shadows.
 ///
 /// Example: `Background(camera: "eye", sky: "sky", suns: ["sun"], white: 90000)`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -26,28 +29,31 @@ use std::collections::BTreeSet;
 pub struct Background {
     /// The camera.
     pub camera: Link<Camera>,
-    /// One colour. What else is given is multiplied by it.
+    /// One colour. A gradient, sky or picture is multiplied by it.
     pub color: Color,
-    /// Colours by degrees above the horizon, from below upwards, such as `[(0, "#e8d8c0"), (90, "#4070b0")]`.
+    /// Colours by degrees above the horizon, from below upwards, such as `[(0, "#e8d8c0"), (90,
+    /// "#4070b0")]`.
     pub gradient: Vec<(f64, Color)>,
     /// A SkyLight, as bright as it lights the scene.
     pub sky: Option<Link<Lamps>>,
-    /// With `sky`, SunLights, whose discs are seen before it.
+    /// With `sky`, the SunLights whose discs are seen in front of it.
     pub suns: Vec<Link<Lamps>>,
     /// With `sky`, the illuminance in lux under which a white surface shows 1.
     #[schemars(range(min = 1e-9, max = 1e9))]
     pub white: f32,
     /// A picture.
     pub picture: Option<Link<Image>>,
-    /// How the picture lies: `Fill`, it fills the view, and what does not fit is cut off; `Whole`, all of it is
-    /// seen, and nothing beside it; `Stretch`; `Direction`, a panorama around everything, twice as wide as high,
-    /// its middle towards -z. Mirrors show the mean of one that does not lie by direction.
+    /// How the picture is placed. `Fill` fills the view and cuts off the rest. `Whole` shows all of
+    /// it, and nothing beside it. `Stretch` changes its proportions. `Direction` is a panorama
+    /// around everything, twice as wide as high, its middle facing -z. Mirrors show the mean of a
+    /// picture that is not placed by direction.
     pub by: By,
-    /// By how many degrees a panorama is turned clockwise, seen from above.
+    /// Turns a panorama, in degrees clockwise seen from above.
     pub turn: f64,
-    /// Its distance along the view axis in metres. Absent, it is behind everything, and its `Z` is infinite.
+    /// The distance along the view axis, in metres. If absent, it is behind everything, and its `Z`
+    /// is infinite.
     pub distance: Option<f64>,
-    /// What it is called, for `object(..)` in programs.
+    /// Its name, for `object(..)` in programs.
     pub name: String,
 }
 

@@ -1,3 +1,6 @@
+//! The node `Billboards`: trees from photographs, on transparent polygons that turn (\[N], "Texture
+//! mapping").
+
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,14 +16,15 @@ use spandrel_engine::values::{Lines, Override, Picture};
 use spandrel_engine::{Error, Result};
 use std::collections::BTreeSet;
 
-/// The most trees of a node.
+/// The most trees in a node.
 const MOST: usize = 1_000_000;
 
-/// Trees, bushes and grass from cut-out photographs, on transparent cards that stand upright and turn: to the
-/// camera for the picture, to each light for its shadow, to each mirror for what it shows. A card turns about the
-/// foot of what the picture shows. Seen or lit from more than 60 degrees above, it tilts so that it does not look thin.
+/// Trees, bushes and grass from cut-out photographs, on transparent upright cards. Cards turn to
+/// the camera for the picture, to each light for its shadow, and to each mirror for its reflection.
+/// A card turns about the foot of the subject in its picture. Seen or lit from more than 60 degrees
+/// above, it tilts so that it does not look thin.
 ///
-/// A photograph is cut out by `Matte`.
+/// `Matte` cuts out a photograph.
 ///
 /// Example: `Billboards(camera: "eye", pictures: ["oak"], trees: [(0, (-6, 0, -4), 8)])`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -30,20 +34,20 @@ pub struct Billboards {
     pub camera: Link<Camera>,
     /// Cut-out photographs, with alpha.
     pub pictures: Vec<Link<Image>>,
-    /// Trees one by one: the number of the picture, from 0 on, the place of the foot in metres, the height in
-    /// metres.
+    /// Single trees: the number of the picture (from 0), the place of the foot in metres, and the
+    /// height in metres.
     pub trees: Vec<(u32, (f64, f64, f64), f64)>,
     /// Rows of trees along lines from point to point.
     pub rows: Vec<Row>,
     /// Trees scattered over areas.
     pub areas: Vec<Area>,
-    /// What heights, places and pictures are chosen by.
+    /// The seed by which heights, places and pictures are chosen.
     pub seed: u64,
-    /// Whether lights light them. Else they show the photographs as they are.
+    /// Whether lights light the trees. If not, they show the photographs as they are.
     pub lit: bool,
-    /// What the photographs' colours are multiplied by.
+    /// The photographs' colours are multiplied by this.
     pub color: Color,
-    /// What they are called, for `object(..)` in programs: `trees/0/17` is number 17 with picture 0.
+    /// Their name, for `object(..)` in programs: `trees/0/17` is number 17 with picture 0.
     pub name: String,
 }
 
@@ -51,16 +55,16 @@ pub struct Billboards {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
-    /// Points, in metres: two or more.
+    /// Two or more points, in metres.
     pub along: Vec<(f64, f64, f64)>,
     /// Metres from tree to tree.
     pub every: f64,
     /// The least and the greatest height, in metres.
     pub heights: (f64, f64),
-    /// By how much a tree may stand off its place, in metres.
+    /// How far a tree may stand from its place, in metres.
     #[serde(default)]
     pub astray: f64,
-    /// The numbers of the pictures to choose from. Absent, all.
+    /// The numbers of the pictures to choose from. If absent, all.
     #[serde(default)]
     pub pictures: Vec<u32>,
 }
@@ -69,16 +73,16 @@ pub struct Row {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Area {
-    /// Its corners, in metres; trees stand at the height of the lowest.
+    /// Its corners, in metres. Trees stand at the height of the lowest.
     pub corners: Vec<(f64, f64, f64)>,
-    /// How many.
+    /// The number of trees.
     pub count: u32,
     /// The least and the greatest height, in metres.
     pub heights: (f64, f64),
-    /// How far apart they are at least, in metres; what finds no room is left out.
+    /// The least distance between trees, in metres. Trees that find no room are left out.
     #[serde(default)]
     pub apart: f64,
-    /// The numbers of the pictures to choose from. Absent, all.
+    /// The numbers of the pictures to choose from. If absent, all.
     #[serde(default)]
     pub pictures: Vec<u32>,
 }

@@ -1,3 +1,6 @@
+//! The node `Scanline`: the scan-line renderer (\[D], "Shading display with shadow"; it stores what
+//! \[N], "Image data structure", lists).
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -8,10 +11,10 @@ use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
 
-/// Renders a scene to spans by the scan-line method: on every line the visible part of all faces,
-/// exactly. Concave faces, holes, seals and faces that cross each other are solved as they are.
+/// Renders a scene to spans by the scan-line method: the visible part of every face on every line,
+/// exactly. Concave faces, holes, seals and faces that cross each other need no preparation.
 ///
-/// How many lines there are is not said here: whoever resolves the image asks for them.
+/// The number of lines is not set here. It comes from the node that resolves or writes the image.
 ///
 /// Example: `Scanline(scene: "assets/solids.ron", camera: "eye")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]

@@ -1,3 +1,6 @@
+//! The node `Fog`: fog by stored depths (\[N], "Shading effects due to various types of light
+//! sources"; \[D], "Rendering condition data structure").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -9,8 +12,8 @@ use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Lamps, Lines};
 use std::sync::Arc;
 
-/// Fog, by the distance of each visible surface, before anything is resolved: a wire in front of a far
-/// mountain keeps its own fog. The background is left as it is.
+/// Adds fog by the distance of each visible surface, before anything is resolved. A wire in front
+/// of a far mountain keeps its own fog. The background is not changed.
 ///
 /// Example: `Fog(image: "lit", density: 0.0024, color: "#e6d3b3", start: 40)`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -18,28 +21,29 @@ use std::sync::Arc;
 pub struct Fog {
     /// The image.
     pub image: Link<SpanImage>,
-    /// Share of light lost per metre: after a way of 1 / density, 37 % are left. With 0 the image is
-    /// returned as it is, unless the law is `Linear`. Absent, the `fog` of the scene's `environment`; if no
-    /// scene of the image has one, 0.01.
+    /// Share of light lost per metre; after 1 / density metres, 37 % is left. With 0 the image is
+    /// returned as it is, unless the law is `Linear`. If absent, the `fog` of the scene's
+    /// `environment`; if no scene of the image has one, 0.01.
     #[schemars(range(min = 0.0))]
     pub density: Option<f32>,
     /// The fog's own colour.
     pub color: Color,
-    /// A SkyLight whose brightness the fog has in each direction, instead of a colour.
+    /// A SkyLight that gives the fog its brightness in each direction, instead of a colour.
     pub sky: Option<Link<Lamps>>,
-    /// With `sky`, the illuminance in lux under which a white surface shows 1. Absent, that of the `Illuminate`
-    /// that lit the image; if none did, 1.
+    /// With `sky`, the illuminance in lux under which a white surface shows 1. If absent, that of
+    /// the `Illuminate` that lit the image; if none did, 1.
     #[schemars(range(min = 1e-9, max = 1e9))]
     pub white: Option<f32>,
-    /// The way in metres that is free of fog.
+    /// The distance in metres that is free of fog.
     #[schemars(range(min = 0.0))]
     pub start: f32,
-    /// How it grows with the way: `Exponential`; `Squared`, clearer near and denser far; `Linear(end)`, from
-    /// nothing at `start` to everything at so many metres.
+    /// How fog grows with distance: `Exponential`; `Squared`, clearer near and denser far;
+    /// `Linear(end)`, from none at `start` to full at `end` metres.
     pub law: FogLaw,
-    /// Given, the fog lies on the ground: by so many metres upwards its density falls to 37 %.
+    /// If given, the fog lies on the ground: its density falls to 37 % over this many metres
+    /// upwards.
     pub falloff: Option<f64>,
-    /// With `falloff`, the height in metres at which the density is as said.
+    /// With `falloff`, the height in metres at which the density is `density`.
     pub level: f64,
 }
 

@@ -1,3 +1,6 @@
+//! The node `Illuminate`: light and shadows (\[N], "Illuminance calculation" and "Shadow
+//! processing"; \[D], "Shading display with shadow").
+
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,10 +18,10 @@ use spandrel_engine::values::{Lamps, Lines};
 use std::cell::LazyCell;
 use std::sync::Arc;
 
-/// Lights the surfaces of an image by any number of lights and a light that is everywhere. Flat faces
-/// have one intensity all over under parallel light, curved ones are smooth. Surfaces whose material is
-/// unlit stay as they are. What casts shadows is every scene of the image, seen or not: light after a
-/// merge, and shadows fall across clusters.
+/// Lights the surfaces of an image by any number of lights and an ambient light. A flat face under
+/// parallel light has one intensity all over; curved faces are smooth. Surfaces of unlit materials
+/// stay as they are. Every scene of the image casts shadows, seen or not. Light after a merge, and
+/// shadows fall across clusters.
 ///
 /// Example: `Illuminate(image: "town", lights: ["sun", "sky"], white: 90000, shadows: Volumes)`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -28,31 +31,34 @@ pub struct Illuminate {
     pub image: Link<SpanImage>,
     /// The lights.
     pub lights: Vec<NamedLink<Lamps>>,
-    /// Light from above: what a white surface that faces straight up shows without any other light. Absent,
-    /// that of the scene's `environment`; if no scene of the image has one, none beside a SkyLight or an
-    /// AmbientLight, and a tenth of white without.
+    /// Light from above: what a white surface that faces straight up shows without any other light.
+    /// If absent, that of the scene's `environment`. If no scene of the image has one: none beside
+    /// a SkyLight or an AmbientLight, else a tenth of white.
     pub ambient: Option<Color>,
-    /// Light from below: what a white surface that faces straight down shows. Absent, the same as
-    /// `ambient`, and every surface gets the same.
+    /// Light from below: what a white surface that faces straight down shows. If absent, the same
+    /// as `ambient`, and every surface gets the same.
     pub ground: Option<Color>,
-    /// The exposure: the illuminance in lux under which a white surface shows 1; a room wants some hundred,
-    /// daylight some ten thousand. Absent, it is found from what the lights give to the middle of the scenes with nothing
-    /// in the way: 1, for lights in units of one's own, up to 10 lux; above, the next power of ten (that which is up to
-    /// 1.4 times less, if there is one), so that dimming is seen. A note says which.
+    /// The exposure: the illuminance in lux under which a white surface shows 1. A room needs some
+    /// hundred, daylight some ten thousand. If absent, it is found from what the lights give to the
+    /// middle of the scenes with nothing in the way. Up to 10 lux it is 1, for lights in units of
+    /// your own. Above, it is the next power of ten (or the one up to 1.4 times less, if there is
+    /// one), so that dimming is seen. A note gives the number.
     #[schemars(range(min = 1e-9, max = 1e9))]
     pub white: Option<f32>,
-    /// How shadows are found: `Off`; `Volumes`, exact for light from one place, by rays for other light;
-    /// `Analytic`, as `Volumes`, and exact for panels, bodies and tubes too where not too much stands before
-    /// them; `Rays(n)`, n rays to each light, 1 to 16384, spread over the pixel and the light.
-    /// Absent, `Volumes`, but none if a scene's `environment` wants none.
+    /// How shadows are found. `Off`: none. `Volumes`: exact for light from one place, by rays for
+    /// other light. `Analytic`: as `Volumes`, and exact also for panels, bodies and tubes where not
+    /// too much is in front of them. `Rays(n)`: n rays to each light, 1 to 16384, spread over the
+    /// pixel and the light. If absent, `Volumes`, or none if a scene's `environment` turns shadows
+    /// off.
     pub shadows: Option<Shadows>,
-    /// With `Volumes`, rays to each light that is not in one place; with `Analytic`, to those that cannot be
-    /// cut; and with all, how finely such lights are seen in gloss.
+    /// With `Volumes`, the number of rays to each light that is not in one place. With `Analytic`,
+    /// to those that cannot be cut. With every setting, how finely such lights are seen in gloss.
     #[schemars(range(min = 1, max = 16384))]
     pub samples: u32,
-    /// How candidate casters of shadow volumes are found; affects speed only. `candidates`: `Shafts`, by a tree for
-    /// every patch of a face; `Clusters`, \[N]'s; `SixSpaces`, \[D]'s, around point lights; `All` faces. `contours`:
-    /// of closed bodies only faces that are turned to the light cast.
+    /// How faces that may cast shadow volumes are found; affects speed only. `candidates`:
+    /// `Shafts`, by a tree for every patch of a face; `Clusters`, \[N]'s; `SixSpaces`, \[D]'s,
+    /// around point lights; `All` faces. `contours`: of closed bodies, only faces turned to the
+    /// light cast.
     pub less: Reductions,
 }
 
@@ -71,7 +77,8 @@ impl Default for Illuminate {
     }
 }
 
-/// The middle of an image's scenes, and the middles of the eight parts around it: a lamp may stand in one of them.
+/// The middle of an image's scenes, and the middles of its eight octants: a lamp may stand in one
+/// of them.
 fn middles(image: &SpanImage) -> Vec<DVec3> {
     let bounds = image.sources().iter().filter_map(|source| source.surfaces.casters()?.bounds());
     let bounds = bounds.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
@@ -82,8 +89,8 @@ fn middles(image: &SpanImage) -> Vec<DVec3> {
     shares.map(|share| low + share * (high - low)).collect()
 }
 
-/// The illuminance in lux that a lamp gives to what faces it, with nothing in the way: in the middle of some places, if it
-/// is not the same at all of them.
+/// The illuminance in lux that a lamp gives to a surface facing it, with nothing in the way. If it
+/// varies, the median over some places.
 fn declared(lamp: &Lamp, middles: impl FnOnce() -> Vec<DVec3>) -> f64 {
     if !lamp.shines() {
         return 0.0;
@@ -104,7 +111,7 @@ fn declared(lamp: &Lamp, middles: impl FnOnce() -> Vec<DVec3>) -> f64 {
     f64::from(lamp.strength.luminance()) * lux[lux.len() / 2]
 }
 
-/// What is to be said of lights that are perhaps not as meant.
+/// Warnings about lights that are perhaps not as intended.
 fn doubts(lamps: &[Lamp]) -> Vec<String> {
     let mut doubts = Vec::new();
     if !lamps.is_empty() && !lamps.iter().any(Lamp::shines) {

@@ -1,3 +1,5 @@
+//! The node `Recolor`: changes colours surface by surface.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -8,8 +10,8 @@ use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
 use std::sync::Arc;
 
-/// Corrects the colours of an image, surface by surface, before anything is resolved: one cluster can be
-/// graded before it is merged with others, and its edges have no fringe.
+/// Changes the colours of an image, surface by surface, before anything is resolved. One cluster
+/// can be graded before it is merged with others, and its edges have no fringe.
 ///
 /// Example: `Recolor(image: "slice", multiply: (1.5, 1.0, 0.6))`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -17,9 +19,9 @@ use std::sync::Arc;
 pub struct Recolor {
     /// The image.
     pub image: Link<SpanImage>,
-    /// Factor of the colour, scene-linear.
+    /// The factor for the colour, scene-linear.
     pub multiply: Color,
-    /// What is added to it, after that.
+    /// Added to the colour, after that.
     pub add: Color,
     /// 0 makes grey, 1 changes nothing, more is more colourful.
     #[schemars(range(min = 0.0))]

@@ -1,3 +1,5 @@
+//! The node `RecolorFrom`: puts a painted picture back onto surfaces.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -10,10 +12,12 @@ use spandrel_engine::values::{Lines, Override, Picture};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Gives the surfaces of an image the colours of a flat picture of it. What was graded or painted in another program
-/// goes back onto the surfaces, and merges and hides as they do. A picture of another size is stretched over the image,
-/// as if thrown from the camera. Where it has no pixels it is black. Lights that follow act on these colours as on any
-/// others: recolour after lighting, or light after recolouring, but not both. A span file holds the picture too.
+/// Gives the surfaces of an image the colours of a flat picture of it. A picture that was graded or
+/// painted in another program goes back onto the surfaces, and merges and hides as they do. A
+/// picture of another size is stretched over the image, as if projected from the camera. Where it
+/// has no pixels, surfaces are black. Lights that follow act on these colours as on any others, so
+/// recolour after lighting, or light after recolouring, but not both. A span file holds the picture
+/// too.
 ///
 /// Example: `RecolorFrom(image: "town", picture: "painted.png")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]

@@ -1,3 +1,6 @@
+//! The node `Stream`: programs over what is visible, after Perlin's Pixel Stream Editor (\[N]
+//! describes it in its introduction).
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::color::{Color, Kind};
@@ -11,23 +14,31 @@ use spandrel_engine::{Error, Result};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The stream editor: runs a program over what is visible, surface by surface, before anything is resolved.
-/// Before `Illuminate` it makes what surfaces look like (marble, wood); after it, it grades what is lit, one
-/// object by name without a fringe.
+/// The stream editor: runs a program over what is visible, surface by surface, before anything is
+/// resolved. Before `Illuminate` it makes surfaces such as marble or wood. After it, it grades what
+/// is lit, one object by name, without a fringe.
 ///
-/// The program assigns `color`, `alpha`, `normal` or a channel, or ends with a colour. It knows `P` and `Po`
-/// (the place in the world and in the object, metres), `N`, `I` (to the eye), `u`, `v`, `x`, `y` (the place in
-/// the picture, 0 to 1; of `P` and `Po`, what differs from 0 by rounding only is 0), `color`, `alpha`, `depth`, `width` (what a pixel covers, metres), `coverage` (how much
-/// of its pixel is covered, 0 to 1), `frame`, `face`, `object` and `material` (numbers; the last two from names,
-/// the same in every frame), `front`, and `object('*tree*')` and `material('glass*')`, 1 where the name fits, or
-/// that of a group that it is in, or any such part of its path. Functions have SeExpr's names: `noise(p)`,
-/// `snoise(p)`, `vnoise(p)`, `fbm(p, octaves, lacunarity, gain)`, `turbulence` alike, `cellnoise(p)`, `voronoi`, `mix(a, b, share)`, `clamp`, `smoothstep(x, a, b)`,
-/// `fmod` (never negative for a positive divisor, as is `%`: patterns go on across 0), `fit`, `remap`, `bias`, `gamma`, `contrast`, `saturate`, `rgbtohsl`, `dot`, `norm` and more. There are `if (..) {}
-/// else {}`, `a ? b : c`, vectors `[x, y, z]` with parts `.x` or `[0]`, and functions of one's own,
-/// `def name(a, b) { c = a * b; c + 1 }`, before all else.
+/// The program assigns `color`, `alpha`, `normal` or a channel, or ends with a colour. Places are
+/// `P` (in the world) and `Po` (in the object), in metres; what differs from 0 by rounding only is
+/// 0. `x` and `y` are the place in the picture, 0 to 1. `N` is the normal, `I` the direction to the
+/// eye. `width` is what a pixel covers, in metres; `coverage` is how much of its pixel is covered,
+/// 0 to 1. The other variables are `u`, `v`, `color`, `alpha`, `depth`, `frame`, `face`, `front`,
+/// `object` and `material`. The last two are numbers made from names, the same in every frame.
 ///
-/// A program that makes `alpha` shows what lies behind: all that it is given is then rendered in layers, which
-/// takes longer than opaque surfaces do. Shadows stay those of the materials.
+/// `object('*tree*')` and `material('glass*')` are 1 where the name fits. The name of an object's
+/// group fits too, and so does any such part of its path.
+///
+/// Functions have SeExpr's names: `noise(p)`, `snoise(p)`, `vnoise(p)`, `fbm(p, octaves,
+/// lacunarity, gain)`, `turbulence` alike, `cellnoise(p)`, `voronoi`, `mix(a, b, share)`, `clamp`,
+/// `smoothstep(x, a, b)`, `fmod`, `fit`, `remap`, `bias`, `gamma`, `contrast`, `saturate`,
+/// `rgbtohsl`, `dot`, `norm` and more. `fmod` and `%` are never negative for a positive divisor, so
+/// patterns go on across 0.
+///
+/// There are `if (..) {} else {}`, `a ? b : c`, and vectors `[x, y, z]` with parts `.x` or `[0]`.
+/// Your own functions come before all else: `def name(a, b) { c = a * b; c + 1 }`.
+///
+/// A program that makes `alpha` shows what is behind. All its inputs are then rendered in layers,
+/// which takes longer than opaque surfaces do. Shadows stay those of the materials.
 ///
 /// Example: `Stream(image: "lit", code: "if (object('car*')) { color = color * 1.2; }")`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -35,16 +46,17 @@ use std::sync::Arc;
 pub struct Stream {
     /// The image.
     pub image: Link<SpanImage>,
-    /// The program. Absent, it changes nothing.
+    /// The program. If absent, nothing changes.
     pub code: String,
-    /// Numbers that it knows by name.
+    /// Numbers for the program, by name.
     pub numbers: BTreeMap<String, f32>,
-    /// Colours that it knows by name.
+    /// Colours for the program, by name.
     pub colors: BTreeMap<String, Color>,
-    /// Channels that it makes, or reads where a `Stream` before it made them, by name: each a `Number` or a
-    /// `Color`, as in `{"wet": Number}`. `Write` writes them with the channel `Made`.
+    /// Channels that the program makes, or that it reads if an earlier `Stream` made them. Each
+    /// name has the type `Number` or `Color`, as in `{"wet": Number}`. `Write` writes them with the
+    /// channel `Made`.
     pub channels: BTreeMap<String, Kind>,
-    /// What `frame` is in the program.
+    /// The value of `frame` in the program.
     pub frame: f32,
 }
 

@@ -1,3 +1,6 @@
+//! The node `Trace`: mirrors and glass by rays (\[N], "Local ray tracing"; \[D], "High-quality
+//! image display").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -10,9 +13,10 @@ use spandrel_engine::trace::Accelerator;
 use spandrel_engine::values::{Lamps, Lines};
 use std::sync::Arc;
 
-/// Local ray tracing: shows what surfaces mirror and let through, where their material's `finish` has
-/// `optics`, and traces nothing else. What a ray meets is shaded as what the camera sees: by the lights before
-/// this node, and by the fog after it on the way from the mirror. Stands after `Illuminate` and before `Fog`.
+/// Local ray tracing: shows reflections and refractions where a material's `finish` has `optics`,
+/// and traces nothing else. What a ray meets is shaded like what the camera sees. Lights before
+/// this node light it; fog after this node covers it, along the way from the mirror. Put `Trace`
+/// after `Illuminate` and before `Fog`.
 ///
 /// Example: `Trace(image: "lit", rays: 4, depth: 4, sky: "sky")`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -20,33 +24,33 @@ use std::sync::Arc;
 pub struct Trace {
     /// The image.
     pub image: Link<SpanImage>,
-    /// Images that rays see too, as they are: such as a sky that is merged behind the fog, later.
+    /// Images that rays also see, as they are: such as a sky that is merged later, behind the fog.
     pub beside: Vec<Link<SpanImage>>,
-    /// Rays from each face in a pixel, spread over what is seen of it.
+    /// Rays from each face in a pixel, spread over the visible part of the face.
     #[schemars(range(min = 1, max = 1024))]
     pub rays: u32,
-    /// At how many surfaces, one behind the other, a ray is turned: 1 shows mirrors, but not mirrors in
+    /// How many times in a row a ray is reflected or refracted: 1 shows mirrors, but not mirrors in
     /// them. A pane of glass with two sides takes 2.
     #[schemars(range(min = 0, max = 64))]
     pub depth: u32,
-    /// Rays that count for less than this share of the picture are not followed any further: the surface that
-    /// they would leave shows its own colour.
+    /// Rays that count for less than this share of the picture are not followed. The surface they
+    /// would leave shows its own colour.
     #[schemars(range(min = 1e-6, max = 1.0))]
     pub least: f32,
-    /// What rays show that meet nothing. Absent, the `background` of the scene's `environment`; if no
-    /// scene of the image has one, black.
+    /// What rays show that meet nothing. If absent, the `background` of the scene's `environment`;
+    /// if no scene of the image has one, black.
     pub background: Option<Color>,
     /// A SkyLight that they show instead.
     pub sky: Option<Link<Lamps>>,
-    /// With `sky`, SunLights whose discs they show before it.
+    /// With `sky`, the SunLights whose discs they show in front of it.
     pub suns: Vec<Link<Lamps>>,
-    /// With `sky`, the illuminance in lux under which a white surface shows 1. Absent, that of the `Illuminate`
-    /// that lit the image; if none did, 1.
+    /// With `sky`, the illuminance in lux under which a white surface shows 1. If absent, that of
+    /// the `Illuminate` that lit the image; if none did, 1.
     #[schemars(range(min = 1e-9, max = 1e9))]
     pub white: Option<f32>,
-    /// How rays find what they meet: `Tree`; or `Grid(cells: (32, 32, 32))`, voxels that are stepped through,
-    /// `Grid(size: 2.0)`, voxels of so many metres, each in all of the scene or in a
-    /// `window: ((-1, 0, -1), (1, 2, 1))` from corner to corner. The picture is the same.
+    /// How rays find what they meet; the picture is the same. `Tree`, or voxels that are stepped
+    /// through: `Grid(cells: (32, 32, 32))`, or `Grid(size: 2.0)` with voxels of this many metres.
+    /// A grid spans the whole scene, or a `window: ((-1, 0, -1), (1, 2, 1))` from corner to corner.
     pub accelerator: Accelerator,
 }
 

@@ -1,3 +1,5 @@
+//! The node `Camera`: the engine's camera as a node (\[D], "Rendering condition data structure").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -6,7 +8,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::raster::Raster;
 
-/// A camera, perspective or parallel. Distances in metres, angles in degrees; y is up.
+/// A camera, perspective or parallel. Distances are in metres, angles in degrees; y is up.
 ///
 /// Example: `Camera(position: (7, 1.8, 13), look_at: (0, 2, 0), field_of_view: 40)`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]

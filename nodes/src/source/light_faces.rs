@@ -1,3 +1,5 @@
+//! The node `LightFaces`: makes lights visible, as a scene.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -5,9 +7,9 @@ use spandrel_engine::graph::{Inputs, NamedLink, Node, Upstream};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::values::Lamps;
 
-/// What can be seen of lights, as a scene to render and merge with others: the faces of area and polyhedral
-/// lights, and the tubes of linear ones, glowing with their luminance while they are on. `Illuminate`
-/// shows them by its exposure.
+/// Makes a scene of the visible parts of lights, to render and merge with others. These are the
+/// faces of area and polyhedral lights, and the tubes of linear lights. They glow with their
+/// luminance while the light is on. `Illuminate` shows them by its exposure.
 ///
 /// Example: `LightFaces(lights: ["panel", "tube"])`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -15,7 +17,7 @@ use spandrel_engine::values::Lamps;
 pub struct LightFaces {
     /// The lights.
     pub lights: Vec<NamedLink<Lamps>>,
-    /// The radius of tubes in metres.
+    /// The radius of tubes, in metres.
     #[schemars(range(min = 1e-6, max = 1e6))]
     pub radius: f64,
 }

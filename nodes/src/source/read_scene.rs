@@ -1,3 +1,5 @@
+//! The node `ReadScene`: reads a scene file, with options (\[D], "Geometry data structure").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -6,9 +8,10 @@ use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::scene::read::{self, Axis, ReadOptions};
 
-/// Reads a scene: glTF, OBJ, PLY, STL, CityJSON, CityGML, or Spandrel's own text and binary formats.
+/// Reads a scene: glTF, OBJ, PLY, STL, CityJSON, CityGML, or Spandrel's own text and binary
+/// formats.
 ///
-/// A link to a scene may name the file itself; this node is for files that need options.
+/// A link to a scene may name the file directly. This node is for files that need options.
 ///
 /// Example: `ReadScene(file: "city.city.json", lod: 2, pictures: false)`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
@@ -16,28 +19,28 @@ use spandrel_engine::scene::read::{self, Axis, ReadOptions};
 pub struct ReadScene {
     /// The file.
     pub file: InFile,
-    /// The plan of the file. Absent, its default plan, or its only one.
+    /// The plan to read. If absent, the file's default plan, or its only one.
     pub plan: Option<String>,
-    /// Metres per unit of the file. Absent, what its format says.
+    /// Metres per unit of the file. If absent, what the format says.
     pub unit: Option<f64>,
-    /// The axis that is up in the file. Absent, what its format says.
+    /// The axis that points up in the file. If absent, what the format says.
     pub up: Option<Axis>,
-    /// A point of the file's own coordinates that becomes the origin: for maps, whose coordinates are
-    /// far from it.
+    /// A point in the file's coordinates that becomes the origin. Use it for maps, whose
+    /// coordinates are far from it.
     pub origin: Option<[f64; 3]>,
-    /// Gives meshes without normals smooth shading where faces meet at less than this angle, in
+    /// Gives smooth shading to meshes without normals, where faces meet at less than this angle, in
     /// degrees.
     #[schemars(range(min = 0.0, max = 180.0))]
     pub crease: Option<f64>,
-    /// Whether surfaces show their pictures: `false` for scenes whose pictures are not at hand. A library of materials
-    /// that is missing then goes without a word too.
+    /// Whether surfaces show their pictures. Use `false` when the pictures are not at hand. A
+    /// missing material library then gives no warning either.
     pub pictures: Option<bool>,
-    /// The level of detail in which a city's buildings are shown, such as 1 or 2.2: a building and its parts in one,
-    /// or in the nearest coarser level that they have. A whole number means its finest refinement too (2.2 for 2).
-    /// Absent, each building's finest.
+    /// The level of detail of a city's buildings, such as 1 or 2.2. A building and its parts are
+    /// shown in one level: this one, or the nearest coarser level that they have. A whole number
+    /// includes its finest refinement (2.2 for 2). If absent, each building's finest level.
     #[schemars(range(min = 0.0, max = 9.0))]
     pub lod: Option<f64>,
-    /// A name for the scene in messages and object names. Absent, the file's path.
+    /// The scene's name in messages and object names. If absent, the file's path.
     pub name: Option<String>,
 }
 

@@ -1,3 +1,5 @@
+//! The node `ReadSpans`: reads spans from a file (\[N], "Image data structure").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -9,11 +11,14 @@ use spandrel_engine::span_file::SpanFile;
 use spandrel_engine::values::Lines;
 use std::path::Path;
 
-/// Reads an image of spans from a .span file: only the rows that are needed. Its camera, size and lines are
-/// those with which it was written. Scenes that it names are found again, so that it can be lit; without them,
-/// depth, merging and the stored colours remain, and a warning says so; lights are an error then.
+/// Reads an image of spans from a .span file: only the rows that are needed. Camera, size and lines
+/// are those with which the file was written.
 ///
-/// A link to an image may name the file itself. Deep OpenEXR files are not read.
+/// The scenes that the file names are found again, so that the image can be lit. Without them,
+/// depth, merging and the stored colours still work. A warning says so, and lights are then an
+/// error.
+///
+/// A link to an image may name the file directly. Deep OpenEXR files are not read.
 ///
 /// Example: `ReadSpans(file: "town.span")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
@@ -21,7 +26,7 @@ use std::path::Path;
 pub struct ReadSpans {
     /// The file, ending in `.span`.
     pub file: InFile,
-    /// A folder in which scenes are looked for by their names, if they are not where they were.
+    /// A folder to search for scenes by name, if they have moved.
     pub scenes: Option<String>,
 }
 

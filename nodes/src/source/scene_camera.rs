@@ -1,3 +1,5 @@
+//! The node `SceneCamera`: a camera from a scene file (\[D], "Rendering condition data structure").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::camera::Camera;
@@ -5,7 +7,7 @@ use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::{Error, Result};
 
-/// A camera that a scene file holds, by its name.
+/// A camera from a scene file, by its name.
 ///
 /// Example: `SceneCamera(scene: "town", name: "front")`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
@@ -13,7 +15,7 @@ use spandrel_engine::{Error, Result};
 pub struct SceneCamera {
     /// The scene.
     pub scene: Link<Scene>,
-    /// The camera's name in the scene. Absent, the scene's only camera is meant.
+    /// The camera's name in the scene. If absent, the scene's only camera.
     pub name: Option<String>,
 }
 

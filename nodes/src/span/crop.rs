@@ -1,3 +1,5 @@
+//! The node `Crop`: a window of an image of spans.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -6,7 +8,7 @@ use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
 
-/// What an image shows in a window; around it nothing is seen.
+/// Keeps what an image shows inside a window. Outside it, nothing is seen.
 ///
 /// Example: `Crop(image: "town", window: (0.6, 0.3, 0.4, 0.6))`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -14,8 +16,8 @@ use spandrel_engine::values::Lines;
 pub struct Crop {
     /// The image.
     pub image: Link<SpanImage>,
-    /// Left, top, width and height, as shares of the picture from 0 to 1, so that the window is the same
-    /// at every size.
+    /// Left, top, width and height, as shares of the picture from 0 to 1. The window is then the
+    /// same at every size.
     pub window: (f64, f64, f64, f64),
 }
 

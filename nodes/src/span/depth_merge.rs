@@ -1,3 +1,5 @@
+//! The node `DepthMerge`: merges images of spans (\[N], "Compositing 3D images").
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -6,14 +8,14 @@ use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
 
-/// Merges span images by depth: everywhere the nearest of all is seen. Any number, in any order, with
-/// the same result bit for bit; surfaces that cross are cut where they meet.
+/// Merges span images by depth: the nearest surface is seen everywhere. Any number of images in any
+/// order give the same result, bit for bit. Surfaces that cross are cut where they meet.
 ///
 /// Example: `DepthMerge(inputs: ["buildings", "cars", "trees"])`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
 #[serde(deny_unknown_fields, default)]
 pub struct DepthMerge {
-    /// The images; all must be seen through the same camera.
+    /// The images. All must be seen through the same camera.
     pub inputs: Vec<Link<SpanImage>>,
 }
 

@@ -1,3 +1,5 @@
+//! The node `DepthScale`: brings an image nearer or farther.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -6,9 +8,9 @@ use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
 
-/// Brings an image nearer or farther than it was rendered, for merging: every distance times `distance`,
-/// and `nearer` added to its reciprocal. Both keep planes plane, so that merges stay exact. An offset of
-/// the distance itself would bend them, and is not offered.
+/// Brings an image nearer or farther than it was rendered, for merging. Every distance is
+/// multiplied by `distance`, and `nearer` is added to its reciprocal. Both keep planes plane, so
+/// merges stay exact. There is no offset of the distance itself, because it would bend planes.
 ///
 /// Example: `DepthScale(image: "moved", distance: 0.94)`
 #[derive(Serialize, Deserialize, JsonSchema)]
@@ -16,10 +18,11 @@ use spandrel_engine::values::Lines;
 pub struct DepthScale {
     /// The image.
     pub image: Link<SpanImage>,
-    /// Factor of all distances, above 0.
+    /// The factor for all distances, above 0.
     #[schemars(range(min = 1e-9, max = 1e9))]
     pub distance: f64,
-    /// Added to 1 / distance, in 1 / metre; with a parallel camera, taken from the distance in metres.
+    /// Added to 1 / distance, in 1 / metre. With a parallel camera, subtracted from the distance,
+    /// in metres.
     pub nearer: f64,
 }
 

@@ -1,3 +1,5 @@
+//! The node `DepthSlice`: a range of depth of an image of spans.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -6,8 +8,9 @@ use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::{DepthRange, SpanImage};
 use spandrel_engine::values::Lines;
 
-/// What lies between two distances along the view axis; faces that reach farther are cut where they do,
-/// antialiased. What the image does not hold, behind its nearest opaque faces, cannot appear.
+/// Keeps what is between two distances along the view axis. Faces that reach beyond them are cut
+/// there, antialiased. What is hidden behind the nearest opaque faces is not in the image, so it
+/// cannot appear.
 ///
 /// Example: `DepthSlice(image: "town", near: 14, far: 16)`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
@@ -15,9 +18,9 @@ use spandrel_engine::values::Lines;
 pub struct DepthSlice {
     /// The image.
     pub image: Link<SpanImage>,
-    /// The nearest distance in metres. Absent, from the eye.
+    /// The nearest distance, in metres. If absent, from the eye.
     pub near: Option<f64>,
-    /// The farthest distance in metres. Absent, to infinity.
+    /// The farthest distance, in metres. If absent, to infinity.
     pub far: Option<f64>,
 }
 

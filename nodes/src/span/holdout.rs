@@ -1,3 +1,5 @@
+//! The node `Holdout`: shows an image only outside, or only inside, a matte.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
@@ -5,9 +7,9 @@ use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::{Keep, SpanImage};
 use spandrel_engine::values::Lines;
 
-/// Shows an image only where a matte is not in front of it, or only where it is. Opaque faces of the matte cut
-/// exactly; translucent ones hold out their share. Where one surface of the image is seen, what is kept outside and
-/// what is kept inside add up to it.
+/// Shows an image only where a matte is not in front of it, or only where it is. Opaque faces of
+/// the matte cut exactly; translucent ones hold out their share. Where one surface of the image is
+/// seen, `Outside` and `Inside` add up to it.
 ///
 /// Example: `Holdout(image: "solids", matte: "panes", keep: Inside)`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
@@ -15,13 +17,13 @@ use spandrel_engine::values::Lines;
 pub struct Holdout {
     /// The image.
     pub image: Link<SpanImage>,
-    /// The matte, seen through the same camera. It is not seen itself.
+    /// The matte, seen through the same camera. The matte itself is not shown.
     pub matte: Link<SpanImage>,
-    /// What is kept: `Outside`, what the matte does not hide, or `Inside`, what it hides.
+    /// What to keep: `Outside`, what the matte does not hide, or `Inside`, what it hides.
     pub keep: Kept,
 }
 
-/// What of an image is kept.
+/// What to keep of an image.
 #[derive(Clone, Copy, Default, Serialize, Deserialize, JsonSchema)]
 pub enum Kept {
     /// What the matte does not hide.

@@ -1,3 +1,5 @@
+//! The node `Transform`: moves an image of spans over the picture.
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
@@ -5,8 +7,8 @@ use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::Lines;
 use spandrel_engine::{Error, Result};
 
-/// Moves an image over the picture, depths and all, for merging it elsewhere. To show a whole picture
-/// moved or scaled, `Resolve` has `pan` and `scale`.
+/// Moves an image over the picture, with its depths, to merge it elsewhere. To show a whole picture
+/// moved or scaled, use `pan` and `scale` of `Resolve`.
 ///
 /// Example: `Transform(image: "part", translate: (-460, 40))`
 #[derive(Serialize, Deserialize, JsonSchema, Default)]
@@ -14,8 +16,8 @@ use spandrel_engine::{Error, Result};
 pub struct Transform {
     /// The image.
     pub image: Link<SpanImage>,
-    /// How far it moves, right and down, in pixels of the raster. Down, it must land on lines: a multiple
-    /// of 1 / n with n lines to a row.
+    /// How far to move, right and down, in pixels of the raster. The move down must land on lines:
+    /// with n lines per row, a multiple of 1 / n.
     pub translate: (f64, f64),
 }
 

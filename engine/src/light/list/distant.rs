@@ -26,17 +26,17 @@ pub struct ParallelLight {
     /// The direction in which the light travels; its length does not matter.
     #[schemars(with = "[f64; 3]")]
     pub direction: DVec3,
-    /// Illuminance of what faces it, in lux. A white surface then shows this over the `white` of its
-    /// `Illuminate`.
+    /// Illuminance of a surface facing it, in lux. A white surface then shows this value divided by
+    /// `white` of its `Illuminate`.
     #[schemars(range(min = 0.0))]
     pub illuminance: f64,
-    /// The diameter in degrees of the disc that it comes from. Above 0, its shadows are soft where `shadows` is
-    /// `Analytic` or `Rays`; `Volumes` take the middle of the disc.
+    /// The diameter of the light's disc, in degrees. Above 0, shadows are soft where `shadows` is
+    /// `Analytic` or `Rays`; `Volumes` uses the middle of the disc.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub angle: f64,
     /// The light's colour.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    /// A temperature in kelvin. The light has the colour of a black body at it, times `color`.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,
@@ -90,17 +90,18 @@ pub struct SunLight {
     pub longitude: f64,
     /// The time, as `2026-06-21T12:00+09:00`.
     pub time: String,
-    /// Where north is: degrees clockwise, seen from above, from -z.
+    /// Where north is: degrees clockwise from -z, seen from above.
     pub north: f64,
-    /// Illuminance of what faces it, in lux; absent, that of a clear day (IES): 127500 beyond the air.
+    /// Illuminance of a surface facing it, in lux. If absent, that of a clear day (IES): 127500
+    /// above the atmosphere.
     pub illuminance: Option<f64>,
-    /// The diameter of its disc in degrees. Its shadows are soft where `shadows` is `Analytic` or `Rays`; `Volumes`
-    /// take the middle of the disc.
+    /// The diameter of its disc, in degrees. Shadows are soft where `shadows` is `Analytic` or
+    /// `Rays`; `Volumes` uses the middle of the disc.
     #[schemars(range(min = 0.0, max = 10.0))]
     pub angle: f64,
     /// The light's colour.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    /// A temperature in kelvin. The light has the colour of a black body at it, times `color`.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,
@@ -156,47 +157,49 @@ impl MakeLamp for SunLight {
     }
 }
 
-/// Light from the whole sky, and what the ground sends back of it.
+/// Light from the whole sky, and the part of it that the ground reflects.
 ///
 /// Example: `SkyLight(model: Clear, sun: "sun", illuminance: 12000)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SkyLight {
-    /// How its luminance is spread: `Uniform`, `Overcast`, `Intermediate`, `Clear`, `General(1)` to
-    /// `General(15)` (the types of CIE S 011, ISO 15469), or `Blend(0.3)` from clear, 0, to overcast, 1.
-    /// Absent, in a scene's light list the blend that the `overcast` of its `environment` says; else
-    /// `Overcast`.
+    /// How its luminance is distributed: `Uniform`, `Overcast`, `Intermediate`, `Clear`,
+    /// `General(1)` to `General(15)` (the types of CIE S 011, ISO 15469), or `Blend(0.3)`, from
+    /// clear, 0, to overcast, 1. If absent in a scene's light list, the blend given by `overcast`
+    /// of its `environment`; otherwise `Overcast`.
     pub model: Option<SkyModel>,
-    /// Instead of a model, a panorama of all directions (.hdr, .exr, .png), twice as wide as high, its top the
-    /// zenith, its middle towards -z; the sun and the ground are then the picture's own.
+    /// A panorama of all directions instead of a model (.hdr, .exr, .png). It is twice as wide as
+    /// high; its top is the zenith and its middle faces -z. The sun and the ground are then the
+    /// picture's own.
     pub picture: Option<LampFile>,
     /// Turns the picture, in degrees clockwise seen from above.
     pub turn: f64,
     /// Illuminance that it gives to an open horizontal plane, in lux.
     #[schemars(range(min = 0.0))]
     pub illuminance: f64,
-    /// For the skies that have a sun, a SunLight or ParallelLight, which gives the sun's own light: the sky follows it.
-    /// Or the direction to the sun.
+    /// For skies with a sun: a SunLight or ParallelLight that the sky follows, or the direction to
+    /// the sun. The sun's own light comes from that light.
     pub sun: SkySun,
-    /// Share of the sky's light that the ground below all sends back.
+    /// Share of the sky's light that the ground below reflects.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub ground: f64,
-    /// The light's colour; times it, what the sky has of its own: `Clear`, `General(11)` to `General(15)` and the clear
-    /// share of `Blend` are blue, paler at the horizon, and all others grey.
+    /// The light's colour, times the sky's own. `Clear`, `General(11)` to `General(15)` and the
+    /// clear share of `Blend` are blue, paler at the horizon; all others are grey.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour all of it has, times `color`, instead of the sky's own.
+    /// A temperature in kelvin. The whole sky has the colour of a black body at it, times `color`,
+    /// instead of its own.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,
 }
 
-/// Where the sun of a sky stands.
+/// Where the sun of a sky is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum SkySun {
     /// In a direction; its length does not matter.
     Toward(DVec3),
-    /// Where a light is, by its name: a node of the graph, or one of the same list.
+    /// Where a light is, by its name: a node of the graph, or a light of the same list.
     Of(String),
 }
 
@@ -303,20 +306,20 @@ impl MakeLamp for SkyLight {
     }
 }
 
-/// Light that is everywhere, and casts no shadow: a stand-in for all light that is reflected many times.
+/// Light from everywhere, without shadows. It stands for all light that is reflected many times.
 ///
 /// Example: `AmbientLight(illuminance: 40)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AmbientLight {
-    /// Illuminance of what faces up, in lux.
+    /// Illuminance of a surface facing up, in lux.
     #[schemars(range(min = 0.0))]
     pub illuminance: f64,
-    /// What comes from below, as a share of that.
+    /// The light from below, as a share of that.
     pub below: Color,
     /// The light's colour.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    /// A temperature in kelvin. The light has the colour of a black body at it, times `color`.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,

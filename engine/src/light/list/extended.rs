@@ -23,14 +23,14 @@ pub struct LinearLight {
     /// The other end.
     #[schemars(with = "[f64; 3]")]
     pub to: DVec3,
-    /// Luminous intensity across its axis in candela per metre. In other directions it falls with the
-    /// sine, as a tube of equal luminance has it.
+    /// Luminous intensity across its axis, in candela per metre. In other directions it falls with
+    /// the sine, as for a tube of equal luminance.
     pub intensity: Option<f64>,
-    /// Luminous flux of all of it in lumen, instead of the intensity.
+    /// Luminous flux of the whole tube in lumen, instead of the intensity.
     pub flux: Option<f64>,
     /// The light's colour.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    /// A temperature in kelvin. The light has the colour of a black body at it, times `color`.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,
@@ -78,8 +78,8 @@ impl MakeLamp for LinearLight {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AreaLight {
-    /// The polygon's corners in metres, convex or concave. It shines to the side from which they run
-    /// counter-clockwise.
+    /// The polygon's corners in metres, convex or concave. It shines to the side from which they
+    /// run counter-clockwise.
     #[schemars(with = "Vec<[f64; 3]>")]
     pub outline: Vec<DVec3>,
     /// Polygons inside it that do not shine.
@@ -87,12 +87,12 @@ pub struct AreaLight {
     pub holes: Vec<Vec<DVec3>>,
     /// Whether it shines to both sides.
     pub two_sided: bool,
-    /// Luminance in candela per square metre, equal all over and in all directions.
+    /// Luminance in candela per square metre, equal everywhere and in all directions.
     #[schemars(range(min = 0.0))]
     pub luminance: f64,
     /// The light's colour.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    /// A temperature in kelvin. The light has the colour of a black body at it, times `color`.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,
@@ -140,12 +140,12 @@ pub struct PolyhedralLight {
     pub points: Vec<DVec3>,
     /// Its faces, as numbers of points, counter-clockwise seen from outside.
     pub faces: Vec<Vec<u32>>,
-    /// Luminance in candela per square metre, equal all over and in all directions.
+    /// Luminance in candela per square metre, equal everywhere and in all directions.
     #[schemars(range(min = 0.0))]
     pub luminance: f64,
     /// The light's colour.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    /// A temperature in kelvin. The light has the colour of a black body at it, times `color`.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,

@@ -1,5 +1,5 @@
-//! Lights as people write them: the nodes of a graph and the entries of a scene's light list (\[D],
-//! "Rendering condition data") are these.
+//! Lights as people write them (\[D], "Rendering condition data structure"). They are the nodes of
+//! a graph and the entries of a scene's light list.
 
 mod distant;
 mod extended;
@@ -24,7 +24,7 @@ use crate::error::Error;
 use crate::fragment::Environment;
 use crate::math;
 
-/// What is wrong with a light, and in which of its fields.
+/// What is wrong with a light, and in which field.
 #[derive(Debug)]
 pub struct Fault {
     /// The field.
@@ -38,7 +38,7 @@ impl Fault {
         Fault { field, error: Error::invalid(message.to_string()) }
     }
 
-    /// What a sky follows is not infinitely far away.
+    /// The light that a sky follows is not infinitely far away.
     pub fn no_sun(name: &str) -> Fault {
         Fault::new("sun", format!("\"{name}\" is no SunLight or ParallelLight"))
     }
@@ -79,7 +79,7 @@ pub enum Entry {
     AmbientLight(AmbientLight),
 }
 
-/// What a kind of light is made of.
+/// A kind of light, from which a lamp is made.
 pub trait MakeLamp {
     /// The lamp. Files are found from `directory`.
     ///
@@ -87,20 +87,20 @@ pub trait MakeLamp {
     /// If a number is out of range, or a file cannot be read.
     fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp>;
 
-    /// What is to be said of a light that is sound, but perhaps not as meant.
+    /// A warning about a light that is valid, but perhaps not as intended.
     fn doubt(&self) -> Option<String> {
         None
     }
 
-    /// The name of the light that it takes its sun from, if it does.
+    /// The name of the light that it takes its sun from, if any.
     fn follows(&self) -> Option<&str> {
         None
     }
 
-    /// Tells it where the sun stands that it follows.
+    /// Sets the direction to the sun that it follows.
     fn follow(&mut self, _sun: DVec3) {}
 
-    /// Whether the lamp can be made, as far as no file tells.
+    /// Checks that the lamp can be made, without reading files.
     ///
     /// # Errors
     /// The first field that is out of range.
@@ -149,11 +149,11 @@ impl Entry {
         }
     }
 
-    /// The light as the rest of its scene has it: what it leaves open, the environment may say, and where the sun
-    /// stands that it follows, another light of the list.
+    /// Completes the light from the rest of its scene. The environment sets what the light leaves
+    /// open. A light of the list gives the direction to the sun that it follows.
     ///
     /// # Errors
-    /// If it follows what is no sun.
+    /// If the light that it follows is not a sun.
     pub fn within(
         mut self,
         environment: Option<&Environment>,
@@ -191,7 +191,7 @@ impl MakeLamp for Entry {
     }
 }
 
-/// A file that a light is made from; relative to the graph's or the scene's file.
+/// A file that a light is made from, relative to the graph's or the scene's file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct LampFile(pub String);

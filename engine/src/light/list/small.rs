@@ -12,8 +12,8 @@ use crate::light::photometry::Photometry;
 use crate::light::point::{Beam, Measured, Point};
 use crate::math;
 
-/// A lamp so small that all its light comes from one point, to all sides or as a file of photometry has
-/// it.
+/// A lamp so small that all its light comes from one point. It shines equally to all sides, or as a
+/// photometric file says.
 ///
 /// Example: `PointLight(position: (2, 3, 1), flux: 800, temperature: 2700)`
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,25 +22,27 @@ pub struct PointLight {
     /// Where it is, in metres.
     #[schemars(with = "[f64; 3]")]
     pub position: DVec3,
-    /// Luminous intensity in candela; with a `lamp`, the factor of what was measured, 1 if absent.
+    /// Luminous intensity in candela. With a `lamp`, the factor for the measured values, 1 if
+    /// absent.
     pub intensity: Option<f64>,
     /// Luminous flux in lumen, instead of the intensity.
     pub flux: Option<f64>,
     /// A measured lamp: an IES LM-63 or EULUMDAT file.
     pub lamp: Option<LampFile>,
-    /// Where the lamp is aimed: the direction of gamma 0, or of the beam. Straight down if absent.
+    /// Where the lamp is aimed: the direction of gamma 0, or of the beam. If absent, straight down.
     #[schemars(with = "Option<[f64; 3]>")]
     pub aim: Option<DVec3>,
-    /// Where the plane C90 of the lamp lies, seen from it, at a rotation of 0: as near to this direction as its
-    /// aim lets it. Absent, upwards; a lamp that is aimed straight down or up has its C90 to -z (and its C0 to +x).
-    /// Give it for a lamp that swings through straight down, or it turns around there.
+    /// The direction from the lamp to its plane C90 at a rotation of 0, as nearly as the aim
+    /// allows. If absent, upwards; a lamp aimed straight down or up has its C90 towards -z (and its
+    /// C0 towards +x). Set it for a lamp that swings through straight down; otherwise the lamp
+    /// turns around there.
     #[schemars(with = "Option<[f64; 3]>")]
     pub up: Option<DVec3>,
     /// Turns the lamp about its aim, in degrees, clockwise seen from the lamp.
     pub rotation: f64,
     /// The light's colour.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    /// A temperature in kelvin. The light has the colour of a black body at it, times `color`.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,
@@ -82,7 +84,7 @@ fn lamp_frame(aim: DVec3, up: Option<DVec3>, rotation: f64) -> Result<DMat3> {
     Ok(DMat3::from_cols(right, above, aim).transpose())
 }
 
-/// A lamp as a file has it.
+/// A lamp from a photometric file.
 fn measured(LampFile(file): &LampFile, directory: &Path, frame: DMat3) -> Result<Measured> {
     let photometry = Photometry::read(&directory.join(file));
     let photometry = photometry.map_err(|error| Fault { field: "lamp", error })?;
@@ -132,18 +134,20 @@ pub struct SpotLight {
     /// The direction in which it points; its length does not matter.
     #[schemars(with = "[f64; 3]")]
     pub direction: DVec3,
-    /// Half the cone's angle in degrees: beyond it there is no light.
+    /// Half the cone's angle, in degrees. Outside the cone there is no light.
     #[schemars(range(min = 0.001, max = 180.0))]
     pub angle: f64,
-    /// Half the angle of the inner cone, in degrees, within which the light is whole; smooth from there to
-    /// `angle`. Absent, two thirds of that. As large as `angle`, the edge is hard, and not antialiased.
+    /// Half the angle of the inner cone, in degrees. Inside it the light is full; from there it
+    /// falls smoothly to `angle`. If absent, two thirds of `angle`. If equal to `angle`, the edge
+    /// is hard and not antialiased.
     #[schemars(range(min = 0.0, max = 180.0))]
     pub inner_angle: Option<f64>,
-    /// Luminous intensity on the axis, in candela; with a `lamp`, the factor of what was measured.
+    /// Luminous intensity on the axis, in candela. With a `lamp`, the factor for the measured
+    /// values.
     #[schemars(range(min = 0.0))]
     pub intensity: f64,
-    /// A measured lamp, an IES LM-63 or EULUMDAT file, aimed along `direction`: what of it goes through the cone is
-    /// seen; 180 degrees let all of it through.
+    /// A measured lamp, an IES LM-63 or EULUMDAT file, aimed along `direction`. Only its light
+    /// inside the cone is seen; 180 degrees lets all of it through.
     pub lamp: Option<LampFile>,
     /// As `up` of PointLight, for a measured lamp.
     #[schemars(with = "Option<[f64; 3]>")]
@@ -152,7 +156,7 @@ pub struct SpotLight {
     pub rotation: f64,
     /// The light's colour.
     pub color: Color,
-    /// The temperature in kelvin of a black body whose colour it has, times `color`.
+    /// A temperature in kelvin. The light has the colour of a black body at it, times `color`.
     pub temperature: Option<f64>,
     /// Whether it is on.
     pub on: bool,

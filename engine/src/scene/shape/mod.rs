@@ -1,8 +1,8 @@
-//! Shapes: what an object's faces are made from. Primitives that a person writes by hand become faces
-//! when the scene is made ready; curved ones become triangles with a normal at each vertex.
+//! Shapes: what an object's faces are made from. Primitives become faces when the scene is made
+//! ready; curved ones become triangles with a normal at each vertex.
 //!
-//! Every primitive says where it stands: solids on the ground stand on y = 0, centred on the y axis;
-//! balls and rings are centred on the origin.
+//! Every primitive has a fixed place. Solids on the ground stand on y = 0, centred on the y axis;
+//! spheres and tori are centred on the origin.
 
 mod patch;
 mod profile;
@@ -17,7 +17,7 @@ use super::face::{Outline, Seal, Sides};
 use super::mesh::Mesh;
 use crate::error::{Error, Result};
 
-/// What an object is made of. Lengths in metres, angles in degrees.
+/// What an object is made of. Lengths are in metres, angles in degrees.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum Shape {
@@ -44,7 +44,7 @@ pub enum Shape {
     },
     /// A polygon in the ground plane, raised.
     Prism {
-        /// Its corners (x, z), running either way.
+        /// Its corners (x, z), in either direction.
         outline: Vec<[f64; 2]>,
         /// Shafts through it.
         #[serde(default)]
@@ -81,7 +81,7 @@ pub enum Shape {
         #[serde(default = "yes")]
         smooth: bool,
     },
-    /// A ball about the origin.
+    /// A sphere about the origin.
     Sphere {
         /// Radius.
         radius: f64,
@@ -89,7 +89,7 @@ pub enum Shape {
         #[serde(default = "segments")]
         segments: u32,
     },
-    /// A ring about the y axis, centred on the origin.
+    /// A torus about the y axis, centred on the origin.
     Torus {
         /// Radius of the circle in the middle of the tube.
         radius: f64,
@@ -101,7 +101,7 @@ pub enum Shape {
     },
     /// A profile turned about the y axis.
     Revolve {
-        /// Points (distance from the axis, height), bottom to top for a surface that faces outwards.
+        /// Points (distance from the axis, height). From bottom to top, the surface faces outwards.
         profile: Vec<[f64; 2]>,
         /// Sides around the axis, 3 or more for a full turn.
         #[serde(default = "segments")]
@@ -136,7 +136,7 @@ pub enum Shape {
     },
     /// Heights over a grid in the ground plane, centred.
     HeightField {
-        /// Rows of heights: the first at the least z, each from the least x.
+        /// Rows of heights. The first row is at the least z; each starts at the least x.
         heights: Vec<Vec<f64>>,
         /// Extent along x and z.
         size: [f64; 2],
@@ -144,36 +144,37 @@ pub enum Shape {
         #[serde(default = "yes")]
         smooth: bool,
     },
-    /// Fractal hills in the ground plane, by displaced midpoints.
+    /// Fractal hills in the ground plane, by midpoint displacement.
     Terrain {
         /// Extent along x and z.
         size: [f64; 2],
         /// Half the greatest height difference of the first division.
         height: f64,
-        /// What is left of the displacement at each halving, in (0, 1): 0.5 gives smooth hills.
+        /// The share of the displacement that remains after each halving, in (0, 1): 0.5 gives
+        /// smooth hills.
         #[serde(default = "roughness")]
         roughness: f64,
         /// Halvings of the grid, 1 to 11.
         #[serde(default = "levels")]
         levels: u32,
-        /// Which hills.
+        /// The seed that selects the hills.
         #[serde(default)]
         seed: u64,
         /// Whether it is shaded as a smooth surface.
         #[serde(default)]
         smooth: bool,
     },
-    /// All that a scene file shows: of any format that can be read.
+    /// Everything that a scene file shows, in any format that can be read.
     File {
         /// The file, relative to the one that names it.
         path: String,
         /// The plan in it.
         #[serde(default)]
         plan: Option<String>,
-        /// Metres per unit of the file; absent, what the format says.
+        /// Metres per unit of the file. If absent, what the format says.
         #[serde(default)]
         unit: Option<f64>,
-        /// The axis that is up in the file; absent, what the format says.
+        /// The axis that points up in the file. If absent, what the format says.
         #[serde(default)]
         up: Option<super::read::Axis>,
     },
@@ -185,7 +186,7 @@ pub enum Shape {
         of: std::boxed::Box<Object>,
         /// How often along x, y, z.
         count: [u32; 3],
-        /// From one to the next along x, y, z.
+        /// The distance from one to the next along x, y, z.
         step: [f64; 3],
     },
 }
@@ -220,10 +221,10 @@ fn levels() -> u32 {
 }
 
 impl Shape {
-    /// The faces of a shape that is made of faces of its own.
+    /// The faces of a shape that has faces of its own.
     ///
     /// # Errors
-    /// If a parameter is out of range, or the shape stands for other objects ([`Shape::File`],
+    /// If a parameter is out of range, or if the shape stands for other objects ([`Shape::File`],
     /// [`Shape::Instance`], [`Shape::Array`]).
     pub fn mesh(&self) -> Result<Mesh> {
         match self {
@@ -280,7 +281,7 @@ fn polygon(outline: &[DVec3], holes: &[Vec<DVec3>], seals: &[Patch]) -> Result<M
     Ok(mesh)
 }
 
-/// A length that must be a positive number.
+/// A length, which must be a positive number.
 fn positive(name: &str, value: f64) -> Result<f64> {
     if value > 0.0 && value.is_finite() {
         Ok(value)
