@@ -6,12 +6,12 @@ use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Finish, Optics};
-use spandrel_engine::image::{Image, Samples, Window};
+use spandrel_engine::image::{Channel, Image, Samples, Window};
 use spandrel_engine::raster::Raster;
-use spandrel_engine::render::billboards::{self, Chance, Stand, Subject, Tree};
+use spandrel_engine::render::billboards::{self, BillboardsOptions, Chance, Subject, Tree};
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::filter::Filter as Pixels;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::filter::PixelFilter as Pixels;
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::{AlphaMode, Material};
 use spandrel_engine::shade::{Illuminate, Shadows, Stream, Trace};
 use spandrel_engine::span::SpanImage;
@@ -48,7 +48,7 @@ fn tree() -> Arc<Image> {
 
 fn trees(places: &[Tree], pictures: &[Arc<Image>], view: &View, lit: bool) -> SpanImage {
     let subjects = pictures.iter().map(|picture| Subject::new(picture).unwrap()).collect();
-    let stand = Stand { label: "trees".to_owned(), color: Color::WHITE, lit };
+    let stand = BillboardsOptions { label: "trees".to_owned(), color: Color::WHITE, lit };
     let rows = 0..view.raster().height;
     let plan = RULE.plan().unwrap();
     billboards::image(subjects, places.to_vec(), stand, view, plan, rows).unwrap()
@@ -457,7 +457,7 @@ fn pictures_without_a_subject_and_trees_without_a_picture_are_told() {
     assert!(Subject::new(&bad).unwrap_err().to_string().contains("pixel 0, 0"));
     let camera = view(v(0.0, 2.0, 12.0), v(0.0, 2.0, 0.0), (8, 8));
     let made = |tree_: Tree| {
-        let stand = Stand { label: "trees".to_owned(), color: Color::WHITE, lit: true };
+        let stand = BillboardsOptions { label: "trees".to_owned(), color: Color::WHITE, lit: true };
         let subjects = vec![Subject::new(&tree()).unwrap()];
         billboards::image(subjects, vec![tree_], stand, &camera, RULE.plan().unwrap(), 0..8)
             .map(drop)

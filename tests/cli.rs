@@ -219,10 +219,19 @@ fn what_is_set_is_blamed_where_it_is_said() {
     let caret = ran.err.lines().skip_while(|text| *text != line).nth(1).unwrap_or_default();
     assert_eq!(caret.find('^'), line.find('x'), "{}", ran.err);
     assert!(
-        ran.err.contains("--> --set:2:18") && ran.err.contains("--> faulty.ron:"),
+        ran.err.contains("--> the command line:2:18") && ran.err.contains("--> faulty.ron:"),
         "{}",
         ran.err
     );
+}
+
+#[test]
+fn what_is_made_from_outside_is_blamed_on_the_command_line() {
+    let folder = Folder::new("blamed-o");
+    let lines = "file_of_the_command_line.lines=Sloped(x)";
+    let ran = folder.run(&["render", "g.ron", "-w", "boxes", "-o", "a.span", "--set", lines]);
+    assert_eq!(ran.code, Some(3), "{ran:?}");
+    assert!(ran.err.contains("--> the command line:2:"), "{}", ran.err);
 }
 
 #[test]
@@ -312,6 +321,35 @@ fn scenes_convert_and_are_described() {
     }
     let ran = folder.run(&["info", "g.ron"]);
     assert!(ran.out.contains("a graph"), "{ran:?}");
+}
+
+#[test]
+fn the_catalogue_says_what_fields_take_and_holds_their_schema() {
+    let folder = Folder::new("catalogue");
+    let said = folder.run(&["nodes", "Resolve"]).out;
+    for line in [
+        "  size: (width, height) of whole numbers = (1280,720)",
+        "  scale: (x, y) = (1.0,1.0)",
+        "  window: (left, top, width, height) of whole numbers, optional",
+    ] {
+        assert!(said.contains(line), "{line}: {said}");
+    }
+    let said = folder.run(&["nodes", "Stream"]).out;
+    assert!(said.contains("  code: program of the stream editor"), "{said}");
+    let json = folder.run(&["nodes", "--json"]).out;
+    let all: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(all["version"], env!("CARGO_PKG_VERSION"));
+    let kinds = all["kinds"].as_array().unwrap();
+    let resolve = kinds.iter().find(|kind| kind["kind"] == "Resolve").unwrap();
+    let fields = &resolve["schema"]["properties"];
+    assert_eq!(fields["image"]["x-link"], "SpanImage");
+    assert_eq!(fields["size"]["x-parts"], serde_json::json!(["width", "height"]));
+    assert_eq!(resolve["defaults"]["lines"], "Sloped(8)");
+    // An editor knows every field from the schema: there is no other.
+    for kind in kinds {
+        let fields = kind["schema"]["properties"].as_object().map_or(0, |all| all.len());
+        assert_eq!(kind["defaults"].as_object().unwrap().len(), fields, "{}", kind["kind"]);
+    }
 }
 
 #[test]

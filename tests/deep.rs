@@ -1,9 +1,9 @@
 //! What users of deep images do, on spans: laws of slices, crops, moves and holdouts.
 
 use glam::{DVec2, DVec3};
-use spandrel_engine::image::{Image, Window};
+use spandrel_engine::image::{Channel, Image, Window};
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
+use spandrel_engine::resolve::{Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::Mesh;
 use spandrel_engine::shade::{PictureColors, PictureFrame};
 use spandrel_engine::span::{DepthRange, Keep, SpanImage};

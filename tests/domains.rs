@@ -4,11 +4,11 @@ use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::{Color, decode_srgb};
 use spandrel_engine::fragment::{Finish, Gloss, Optics};
-use spandrel_engine::image::{Image, Samples, Window, file};
+use spandrel_engine::image::{Channel, Image, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rate, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rate, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Define, Document, Domains, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides,
 };

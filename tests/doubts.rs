@@ -146,7 +146,7 @@ fn a_sky_follows_the_sun_that_it_names() {
     assert_ne!(named.image, made("(1, 1, 1)").image);
     // What is no sun cannot be followed.
     let lights = r#""lamp": PointLight(), "sky": SkyLight(model: Clear, sun: "lamp")"#;
-    let (_, graph) =
+    let (_folder, graph) =
         nodes("no_sun", &format!(r#"{lights}, "lit": Illuminate(image: "s", lights: ["sky"])"#));
     let fault = graph.picture("p", None).unwrap_err().to_string();
     assert!(fault.contains("\"lamp\" is no SunLight or ParallelLight"), "{fault}");
@@ -205,9 +205,9 @@ fn equal_lamps_of_other_names_are_layers_of_their_own_names() {
         "q": Resolve(image: "a", size: (32, 32), lines: Sloped(2))"#;
     use spandrel_engine::graph::demand::Wishes;
     use spandrel_engine::graph::document::Document;
-    use spandrel_engine::graph::{Graph, Plan, Run};
-    use spandrel_engine::resolve::Channel;
-    use spandrel_engine::values::{Override, Picture};
+    use spandrel_engine::graph::{Graph, Run, Schedule};
+    use spandrel_engine::image::Channel;
+    use spandrel_engine::values::{Override, PictureDemand};
     let folder = Scratch::new("equal_lamps");
     std::fs::write(folder.path().join("s.ron"), SCENE).unwrap();
     let text = format!(
@@ -219,9 +219,9 @@ fn equal_lamps_of_other_names_are_layers_of_their_own_names() {
     let mut wishes = Wishes::new();
     for node in ["p", "q"] {
         let channels = [Channel::Color, Channel::Light].into();
-        wishes.want::<Image>(node, Picture { channels, changed: Override::default() });
+        wishes.want::<Image>(node, PictureDemand { channels, changed: Override::default() });
     }
-    let plan = Plan::new(&graph, &wishes).unwrap();
+    let plan = Schedule::new(&graph, &wishes).unwrap();
     let done = Run::new().evaluate(&graph, &plan, &()).unwrap();
     for (at, own, other) in [(0, "light_two.R", "light_one.R"), (1, "light_one.R", "light_two.R")] {
         let image = done.value::<Image>(at);

@@ -1,27 +1,32 @@
 //! Pixel filters against brute force: small squares weighed by formulas of the filters' authors.
 
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Filter, Framing, Rule, Weighting};
+use spandrel_engine::resolve::{Framing, PixelFilter, Rule, Weighting};
 use spandrel_tests::known::{self, Known, SIZE};
 use spandrel_tests::scenes;
 
 /// Small squares to a pixel's side.
 const FINE: i32 = 24;
 
-const FILTERS: [Filter; 5] =
-    [Filter::Box, Filter::Tent, Filter::Gaussian, Filter::Mitchell, Filter::Lanczos];
+const FILTERS: [PixelFilter; 5] = [
+    PixelFilter::Box,
+    PixelFilter::Tent,
+    PixelFilter::Gaussian,
+    PixelFilter::Mitchell,
+    PixelFilter::Lanczos,
+];
 
 /// A filter's value at `t` pixels from the centre, up to a factor.
-fn value(filter: Filter, t: f64) -> f64 {
+fn value(filter: PixelFilter, t: f64) -> f64 {
     use spandrel_engine::math;
     use std::f64::consts::PI;
     let t = t.abs();
     match filter {
-        Filter::Box => f64::from(t < 0.5),
-        Filter::Tent => (1.0 - t).max(0.0),
-        Filter::Gaussian => (math::exp(-t * t / 0.5) - math::exp(-2.25 / 0.5)).max(0.0),
+        PixelFilter::Box => f64::from(t < 0.5),
+        PixelFilter::Tent => (1.0 - t).max(0.0),
+        PixelFilter::Gaussian => (math::exp(-t * t / 0.5) - math::exp(-2.25 / 0.5)).max(0.0),
         // Mitchell and Netravali 1988, eq. 8.
-        Filter::Mitchell => {
+        PixelFilter::Mitchell => {
             let (b, c) = (1.0 / 3.0, 1.0 / 3.0);
             if t < 1.0 {
                 (12.0 - 9.0 * b - 6.0 * c) * t.powi(3)
@@ -36,7 +41,7 @@ fn value(filter: Filter, t: f64) -> f64 {
                 0.0
             }
         }
-        Filter::Lanczos => {
+        PixelFilter::Lanczos => {
             let sinc = |x: f64| if x == 0.0 { 1.0 } else { math::sin(PI * x) / (PI * x) };
             if t < 3.0 { sinc(t) * sinc(t / 3.0) } else { 0.0 }
         }
@@ -44,7 +49,7 @@ fn value(filter: Filter, t: f64) -> f64 {
 }
 
 /// The share of a shape in a pixel, square by square.
-fn truth(shape: &Known, filter: Filter, (x, y): (f64, f64)) -> f64 {
+fn truth(shape: &Known, filter: PixelFilter, (x, y): (f64, f64)) -> f64 {
     let side = 1.0 / f64::from(FINE);
     let reach = 3 * FINE;
     let at = |i: i32| (f64::from(i) + 0.5) * side;
@@ -97,7 +102,7 @@ fn only_sharpening_filters_overshoot() {
         let found = &known::coverage(&shape.scene, Rule::Sloped(4), filter)[0];
         let row = &found[(SIZE * SIZE / 2) as usize..][8..SIZE as usize - 8];
         let most = row.iter().fold(0.0f64, |most, share| most.max(*share));
-        let overshoots = matches!(filter, Filter::Mitchell | Filter::Lanczos);
+        let overshoots = matches!(filter, PixelFilter::Mitchell | PixelFilter::Lanczos);
         assert_eq!(most > 1.005, overshoots, "{filter:?}: {most}");
         assert!(overshoots || row.is_sorted_by(|a, b| a >= b), "{filter:?}");
     }

@@ -3,10 +3,11 @@
 use glam::{DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
+use spandrel_engine::image::Channel;
 use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline::render;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Fog, FogHeight, FogLaw};
 use spandrel_tests::lights::{lamp, no_fog};

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use spandrel_engine::color::Color;
 use spandrel_engine::key::Key;
-use spandrel_engine::light::list::{Entry, SunLight};
+use spandrel_engine::light::list::{LightEntry, SunLight};
 use spandrel_engine::scene::read::{self, ReadOptions, binary, text};
 use spandrel_engine::scene::shape::Patch;
 use spandrel_engine::scene::{
@@ -49,7 +49,7 @@ fn everything() -> Document {
         .insert("glass".into(), Material { alpha: 0.5, unlit: true, ..Material::default() });
     let mut plan = Plan { name: "all".into(), ..Plan::default() };
     plan.cameras.insert("front".into(), Default::default());
-    plan.lights.insert("sun".into(), Entry::SunLight(SunLight::default()));
+    plan.lights.insert("sun".into(), LightEntry::SunLight(SunLight::default()));
     plan.environment = Some(Environment::default());
     plan.definitions
         .insert("ball".into(), Object::new("", Shape::Sphere { radius: 0.1, segments: 8 }));

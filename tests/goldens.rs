@@ -9,10 +9,9 @@ use image::RgbaImage;
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::evaluate::Progress;
-use spandrel_engine::graph::{Graph, Plan, Run};
-use spandrel_engine::image::{Image, file};
-use spandrel_engine::resolve::Channel;
-use spandrel_engine::values::{Override, Picture};
+use spandrel_engine::graph::{Graph, Run, Schedule};
+use spandrel_engine::image::{Channel, Image, file};
+use spandrel_engine::values::{Override, PictureDemand};
 use spandrel_tests::data;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -46,7 +45,7 @@ fn render(path: &Path, folder: &Path) -> Vec<String> {
     let is_stored = graph.nodes().any(|node| node.kind == "ReadSpans");
     let size = Some(SIZE).filter(|_| !is_stored);
     let changed = Override { size, ..Override::default() };
-    let wish = Picture { channels: BTreeSet::from([Channel::Color]), changed };
+    let wish = PictureDemand { channels: BTreeSet::from([Channel::Color]), changed };
     let pictures = graph.nodes().filter(|node| ["Resolve", "Refine"].contains(&node.kind));
     let ids: Vec<String> = pictures.map(|node| node.id.to_owned()).collect();
     let mut wishes = Wishes::new();
@@ -54,7 +53,7 @@ fn render(path: &Path, folder: &Path) -> Vec<String> {
     for id in ids.iter().map(String::as_str).chain(written) {
         wishes.want::<Image>(id, wish.clone());
     }
-    let plan = Plan::new(&graph, &wishes).unwrap();
+    let plan = Schedule::new(&graph, &wishes).unwrap();
     let warnings = Warnings::default();
     let evaluated = Run::new().evaluate(&graph, &plan, &warnings).unwrap();
     let warnings = warnings.0.into_inner().unwrap();

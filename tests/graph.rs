@@ -3,10 +3,9 @@
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::evaluate::Outcome;
-use spandrel_engine::graph::{Diagnostic, Graph, Plan, Registry, Run};
-use spandrel_engine::image::{Image, Window};
-use spandrel_engine::resolve::Channel;
-use spandrel_engine::values::{Override, Picture};
+use spandrel_engine::graph::{Diagnostic, Graph, Registry, Run, Schedule};
+use spandrel_engine::image::{Channel, Image, Window};
+use spandrel_engine::values::{Override, PictureDemand};
 use spandrel_tests::program::scratch;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -64,7 +63,7 @@ fn faults_say_where_they_are_and_what_helps() {
     fault(&nodes("\"a\": Camera(roll: 1e999)"), "1e999", &["not finite"]);
     fault(&nodes("\"a\": Camera(position: (0, 0, 0))"), "(0, 0, 0)", &["same point"]);
     fault(&nodes("\"a\": ParallelLight(color: \"#12\")"), "\"#12\"", &["a colour such as"]);
-    fault(&nodes("\"a\": ParallelLight(illuminance: -1)"), "-1", &["at least 0"]);
+    fault(&nodes("\"a\": ParallelLight(illuminance: -1)"), "-1", &["0 or more"]);
     fault(
         &nodes("\"s\": Scanline(scene: \"tests/graph.rs\")"),
         "\"s\"",
@@ -139,9 +138,9 @@ fn all_errors_of_a_node_are_reported_with_what_its_fields_take() {
         .collect();
     let expected = [
         ("\"eye\"", "needs a SpanImage"),
-        ("\"320x180\"", "`size` takes (whole number"),
+        ("\"320x180\"", "`size` takes (width, height) of whole numbers"),
         ("Slopd", "`Sloped`"),
-        ("1.5", "`scale` takes (number, number)"),
+        ("1.5", "`scale` takes (x, y)"),
         ("5", "the choices are Box, Tent"),
     ];
     for (blamed, words) in expected {
@@ -209,10 +208,12 @@ impl Small {
         let mut wishes = Wishes::new();
         for (id, window) in pictures {
             let changed = Override { window: *window, ..Override::default() };
-            wishes
-                .want::<Image>(id, Picture { channels: BTreeSet::from([Channel::Color]), changed });
+            wishes.want::<Image>(
+                id,
+                PictureDemand { channels: BTreeSet::from([Channel::Color]), changed },
+            );
         }
-        let plan = Plan::new(&graph, &wishes).unwrap();
+        let plan = Schedule::new(&graph, &wishes).unwrap();
         let evaluated = self.run.evaluate(&graph, &plan, &()).unwrap();
         let computed = evaluated.reports.iter().filter(|r| r.outcome == Outcome::Evaluated);
         let mut computed: Vec<String> = computed.map(|r| r.node.clone()).collect();
@@ -299,9 +300,11 @@ fn failures_name_the_node_and_the_file() {
     std::fs::remove_file(small.folder.join("left.ron")).unwrap();
     let mut wishes = Wishes::new();
     let changed = Override::default();
-    wishes
-        .want::<Image>("picture", Picture { channels: BTreeSet::from([Channel::Color]), changed });
-    let plan = Plan::new(&graph, &wishes).unwrap();
+    wishes.want::<Image>(
+        "picture",
+        PictureDemand { channels: BTreeSet::from([Channel::Color]), changed },
+    );
+    let plan = Schedule::new(&graph, &wishes).unwrap();
     let failure = small.run.evaluate(&graph, &plan, &()).err().unwrap();
     assert_eq!(failure.node, "left.ron");
     assert!(failure.error.to_string().contains("left.ron"), "{failure}");
@@ -332,8 +335,8 @@ fn a_scenes_environment_is_the_default_of_light_and_fog() {
         let graph = Graph::check(&document, &registry(), &folder).ok().unwrap();
         let mut wishes = Wishes::new();
         let channels = BTreeSet::from([Channel::Color]);
-        wishes.want::<Image>("picture", Picture { channels, changed: Override::default() });
-        let plan = Plan::new(&graph, &wishes).unwrap();
+        wishes.want::<Image>("picture", PictureDemand { channels, changed: Override::default() });
+        let plan = Schedule::new(&graph, &wishes).unwrap();
         Image::clone(&Run::new().evaluate(&graph, &plan, &()).unwrap().value::<Image>(0))
     };
     let said = picture("bare", "ambient: 0.25, shadows: Volumes", "density: 0.125");

@@ -4,14 +4,14 @@
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::registry::Kind;
-use spandrel_engine::graph::{Graph, Plan, Registry, Run};
-use spandrel_engine::image::Image;
+use spandrel_engine::graph::{Graph, Registry, Run, Schedule};
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
-use spandrel_engine::resolve::{Channel, Rule};
+use spandrel_engine::resolve::Rule;
 use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::{Delivery, Lamps, Lines, Override, Picture};
+use spandrel_engine::values::{Delivery, Lamps, Override, PictureDemand, SpanDemand};
 use spandrel_tests::program::{Scratch, run};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -161,9 +161,9 @@ fn keys(
         let node = graph.nodes().find(|node| node.id == *id).expect("the graph has it");
         let raster = Raster::new(24, 16).unwrap();
         let plan = Rule::Sloped(2).plan().unwrap();
-        let lines = Lines { raster, plan, rows: 0..16, layered: false };
+        let lines = SpanDemand { raster, plan, rows: 0..16, layered: false };
         let channels = BTreeSet::from([Channel::Color]);
-        let picture = Picture { channels, changed: Override::default() };
+        let picture = PictureDemand { channels, changed: Override::default() };
         match node.output {
             "Scene" => wishes.want::<Scene>(id, ()),
             "Camera" => wishes.want::<spandrel_engine::camera::Camera>(id, ()),
@@ -174,7 +174,7 @@ fn keys(
             other => panic!("{other}: what is asked of it?"),
         };
     }
-    let plan = Plan::new(&graph, &wishes).map_err(|failure| failure.to_string())?;
+    let plan = Schedule::new(&graph, &wishes).map_err(|failure| failure.to_string())?;
     let done = run.evaluate(&graph, &plan, &()).map_err(|failure| failure.to_string())?;
     Ok(done.reports.iter().map(|report| (report.node.clone(), report.key)).collect())
 }
@@ -275,8 +275,8 @@ fn others(kind: &str, field: &str, is: &str, default: Option<&str>) -> Vec<Strin
         "true | false" => vec!["true".into(), "false".into()],
         "color" => vec!["\"#204060\"".into()],
         "text" => vec!["\"else\"".into()],
-        "3 x number" => vec!["(0.5, 1, 3)".into()],
-        "2 x number" | "(number, number)" => vec!["(0.25, 0.5)".into()],
+        "(x, y, z)" => vec!["(0.5, 1, 3)".into()],
+        "(x, y)" | "(right, down)" | "(least, most)" => vec!["(0.25, 0.5)".into()],
         _ => is.split(" | ").filter(|word| !word.contains('(')).map(str::to_owned).collect(),
     }
 }

@@ -3,9 +3,10 @@
 use glam::DVec2;
 use proptest::prelude::*;
 use spandrel_engine::camera::{Camera, View};
+use spandrel_engine::image::Channel;
 use spandrel_engine::raster::{LinePlan, Phase, Raster};
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Cover, Framing, Rule, Vertical, Weighting, resolve};
+use spandrel_engine::resolve::{Cover, Framing, Rule, Vertical, Weighting, resolve};
 use spandrel_engine::span::{DepthRange, FaceId, Keep, SpanImage, line};
 use spandrel_tests::known::covers;
 use spandrel_tests::random::Random;

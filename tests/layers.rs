@@ -1,9 +1,9 @@
 //! Translucent faces: known colours, and the order of what lies over each other.
 
 use glam::DVec3;
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
+use spandrel_engine::resolve::{Framing, Rule, Weighting, resolve};
 use spandrel_engine::scene::{Face, Mesh, Seal, Sides};
 use spandrel_engine::span::SpanImage;
 use spandrel_tests::scenes;

@@ -137,7 +137,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 33] = [
+const LAYERS: [(&str, &[&str]); 32] = [
     ("error", &["text"]),
     ("math", &[]),
     ("key", &[]),
@@ -153,11 +153,11 @@ const LAYERS: [(&str, &[&str]); 33] = [
     ("image", &["color", "error", "machine", "math", "open", "output", "text", "watch"]),
     ("polygon", &[]),
     ("packed", &["color"]),
-    ("trace", &["camera", "math", "polygon"]),
-    ("stream", &["color", "error", "math", "text"]),
+    ("trace", &["camera", "polygon"]),
+    ("stream", &["color", "math", "text"]),
     ("texture", &["color", "error", "image", "key", "math", "watch"]),
     ("picture", &["color", "error", "image", "key", "math", "polygon", "texture", "watch"]),
-    ("fragment", &["camera", "color", "error", "key", "texture", "trace"]),
+    ("fragment", &["cache", "camera", "color", "error", "key", "texture", "trace"]),
     (
         "light",
         &[
@@ -165,7 +165,7 @@ const LAYERS: [(&str, &[&str]); 33] = [
             "trace",
         ],
     ),
-    ("span", &["cache", "camera", "color", "error", "fragment", "key", "math", "raster"]),
+    ("span", &["cache", "camera", "color", "error", "fragment", "key", "math", "raster", "watch"]),
     (
         "scene",
         &[
@@ -173,22 +173,15 @@ const LAYERS: [(&str, &[&str]); 33] = [
             "polygon", "text", "texture", "trace", "watch",
         ],
     ),
-    (
-        "billboard",
-        &[
-            "camera", "color", "error", "fragment", "image", "key", "math", "polygon", "raster",
-            "scene", "span", "texture", "trace", "visible",
-        ],
-    ),
-    (
-        "backdrop",
-        &[
-            "camera", "color", "error", "fragment", "image", "key", "light", "math", "raster",
-            "span", "texture", "watch",
-        ],
-    ),
     ("shadow", &["camera", "fragment", "span", "trace", "watch"]),
-    ("visible", &["camera", "error", "fragment", "key", "raster", "scene", "span", "watch"]),
+    ("visible", &["camera", "error", "raster", "span", "watch"]),
+    (
+        "render",
+        &[
+            "camera", "color", "error", "fragment", "image", "key", "light", "math", "polygon",
+            "raster", "scene", "span", "texture", "trace", "visible", "watch",
+        ],
+    ),
     (
         "shade",
         &[
@@ -215,14 +208,14 @@ const LAYERS: [(&str, &[&str]); 33] = [
         "values",
         &[
             "camera", "error", "graph", "image", "key", "light", "raster", "resolve", "scene",
-            "shade", "span",
+            "span",
         ],
     ),
     (
         "plugin",
         &[
             "camera", "color", "error", "fragment", "graph", "image", "key", "light", "math",
-            "open", "raster", "resolve", "scene", "span", "trace", "values", "watch",
+            "open", "raster", "scene", "span", "trace", "values", "watch",
         ],
     ),
 ];

@@ -6,10 +6,11 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::error::Error;
 use spandrel_engine::fragment::Environment;
+use spandrel_engine::image::Channel;
 use spandrel_engine::key::Key;
 use spandrel_engine::light::line::Line;
 use spandrel_engine::light::list::{
-    AmbientLight, AreaLight, Entry, LinearLight, MakeLamp, ParallelLight, PointLight,
+    AmbientLight, AreaLight, LightEntry, LinearLight, MakeLamp, ParallelLight, PointLight,
     PolyhedralLight, SkyLight, SpotLight, SunLight,
 };
 use spandrel_engine::light::polygon::{Polygon, Surface};
@@ -17,7 +18,7 @@ use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Light, Receiver};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline::render;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::{Document, Mesh, Object, Plan, Scene, Shape};
 use spandrel_engine::shade::Illuminate;
 use spandrel_tests::lights::{close, illuminate};
@@ -362,12 +363,12 @@ fn lights_refuse_what_no_light_has() {
 fn no_receiver_makes_light_that_is_not_finite() {
     let none = Path::new("");
     let entries = [
-        Entry::PointLight(PointLight::default()),
-        Entry::SpotLight(SpotLight::default()),
-        Entry::LinearLight(LinearLight::default()),
-        Entry::AreaLight(AreaLight::default()),
-        Entry::PolyhedralLight(PolyhedralLight::default()),
-        Entry::SkyLight(SkyLight::default()),
+        LightEntry::PointLight(PointLight::default()),
+        LightEntry::SpotLight(SpotLight::default()),
+        LightEntry::LinearLight(LinearLight::default()),
+        LightEntry::AreaLight(AreaLight::default()),
+        LightEntry::PolyhedralLight(PolyhedralLight::default()),
+        LightEntry::SkyLight(SkyLight::default()),
     ];
     // In the source, on its edge, on its corner, in its plane, far away.
     let places = [
@@ -433,7 +434,7 @@ fn a_sky_that_names_no_model_is_as_overcast_as_its_scene() {
     let listed = |light: SkyLight, overcast: Option<f64>| {
         let environment =
             overcast.map(|overcast| Environment { overcast, ..Environment::default() });
-        let lights = BTreeMap::from([("sky".to_owned(), Entry::SkyLight(light))]);
+        let lights = BTreeMap::from([("sky".to_owned(), LightEntry::SkyLight(light))]);
         let root = Object::new("none", Shape::Faces(Mesh::default()));
         let plan = Plan { lights, environment, root, ..Plan::default() };
         let document = Document::with_plan(plan);

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::error::Error;
-use spandrel_engine::image::{Image, Samples, Window, file};
+use spandrel_engine::image::{Channel, Image, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::light::list::{LampFile, MakeLamp, SkyLight};
 use spandrel_engine::light::panorama::Panorama;
@@ -14,8 +14,8 @@ use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Lamp, Light, Receiver};
 use spandrel_engine::math;
 use spandrel_engine::raster::Raster;
-use spandrel_engine::render::background::{self, Show, Stand};
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::render::background::{self, BackgroundOptions, Show};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::shade::Stream;
 use spandrel_engine::span::SpanImage;
 use spandrel_tests::data;
@@ -136,7 +136,7 @@ fn the_disc_of_the_sun_is_as_bright_as_its_light() {
         };
         let view = View::new(&camera, Raster::new(pixels, pixels).unwrap()).unwrap();
         let (label, key) = ("sky".to_owned(), Key::of(&0));
-        let stand = Stand { label, key, strength: Color::WHITE, distance: None };
+        let stand = BackgroundOptions { label, key, strength: Color::WHITE, distance: None };
         let rule = Rule::Sloped(2);
         let show = Show::Sky(seen.clone());
         let image = background::image(show, stand, &view, rule.plan().unwrap(), 0..pixels).unwrap();
@@ -172,7 +172,8 @@ fn what_stands_behind_lights_as_it_is_seen() {
     let camera = Camera { position: v(3.0, 1.0, 2.0), ..Camera::default() };
     let view = View::new(&camera, Raster::new(2, 1).unwrap()).unwrap();
     let key = Key::of(&0);
-    let stand = Stand { label: "sky".to_owned(), key, strength: Color::WHITE, distance: None };
+    let stand =
+        BackgroundOptions { label: "sky".to_owned(), key, strength: Color::WHITE, distance: None };
     let plan = Rule::Sloped(1).plan().unwrap();
     let show = Show::Sky(SeenSky { sky: lamp, suns: vec![], white: 800.0 });
     let image = background::image(show, stand, &view, plan, 0..1).unwrap();
@@ -198,7 +199,7 @@ fn what_stands_behind_lights_as_it_is_seen() {
     // Of several what is in front is seen, as in a picture: half a veil before the sky, and of two at one distance the
     // same as there.
     let flat = |label: &str, level: f32, distance: Option<f64>| {
-        let stand = Stand {
+        let stand = BackgroundOptions {
             label: label.to_owned(),
             key: Key::of(&(label, level.to_bits())),
             strength: Color::grey(level),

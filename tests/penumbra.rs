@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
+use spandrel_engine::image::Channel;
 use spandrel_engine::key::Key;
 use spandrel_engine::light::line::Line;
 use spandrel_engine::light::point::{Disc, Parallel};
@@ -11,7 +12,7 @@ use spandrel_engine::light::{Lamp, Light, Receiver};
 use spandrel_engine::math;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides,
 };

@@ -5,10 +5,9 @@
 
 use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::Camera;
-use spandrel_engine::image::{Image, Samples, Window, file};
-use spandrel_engine::resolve::Channel;
+use spandrel_engine::image::{Channel, Image, Samples, Window, file};
 use spandrel_engine::scene::{Map, Picture, read};
-use spandrel_engine::texture::{Filter, Mapping};
+use spandrel_engine::texture::{Mapping, TextureFilter};
 use spandrel_tests::data;
 use spandrel_tests::png;
 use spandrel_tests::scenes::painted_faces;
@@ -25,7 +24,7 @@ fn pictures_of_every_kind_are_read_or_refused_by_name() {
     let show = |path: &str| {
         let material = mapped("color", map(path, Mapping::default()), unlit());
         let image = spans(made(&[(floor(1.0), material)]), &above(2.0, 4));
-        shown(&image, Filter::default(), &[Channel::Color])
+        shown(&image, TextureFilter::default(), &[Channel::Color])
     };
     let error = |path: &str| {
         let error = show(path).unwrap_err();
@@ -184,7 +183,7 @@ fn textures_of_gltf_lie_by_their_set_and_their_transform() {
         );
         let path = gltf_square(name, "ramp.png", &info);
         let loaded = read::scene(&path, None, name, &read::ReadOptions::default()).unwrap();
-        let [r, g, _] = colors(&spans(Arc::new(loaded), &view), Filter::default());
+        let [r, g, _] = colors(&spans(Arc::new(loaded), &view), TextureFilter::default());
         for (x, y) in [(2usize, 3usize), (8, 8), (13, 5), (4, 12)] {
             let (u, w) = ((x as f64 + 0.5) / 16.0, (y as f64 + 0.5) / 16.0);
             let (sin, cos) = rotation.sin_cos();
@@ -206,7 +205,7 @@ fn textures_of_gltf_lie_by_their_set_and_their_transform() {
     let looks = |name: &str, info: &str| {
         let path = gltf_square(name, "ramp.png", info);
         let scene = read::scene(&path, None, name, &read::ReadOptions::default()).unwrap();
-        colors(&spans(Arc::new(scene), &view), Filter::default())
+        colors(&spans(Arc::new(scene), &view), TextureFilter::default())
     };
     let plain = looks("second", r#"{"index":0,"texCoord":1}"#);
     assert_ne!(plain, looks("first", r#"{"index":0}"#));
@@ -237,7 +236,7 @@ fn real_models_show_their_pictures() {
                 ..Camera::default()
             };
             let image = spans(Arc::new(scene), &view(&camera, 90, 90));
-            colors(&image, Filter::default())
+            colors(&image, TextureFilter::default())
         });
         // One model in two formats has one picture.
         let [gltf, obj] = &both;
@@ -279,7 +278,7 @@ fn real_buildings_show_photographs_of_their_facades() {
             let maps = scene.materials.iter().flat_map(|material| material.maps.values());
             let maps: BTreeSet<String> = maps.map(|map| format!("{:?}", map.picture)).collect();
             let image = spans(Arc::new(scene), &view(&camera, 120, 120));
-            (maps.len(), colors(&image, Filter::default()))
+            (maps.len(), colors(&image, TextureFilter::default()))
         };
         let (maps, with) = shown(true);
         let (none, without) = shown(false);
@@ -297,7 +296,7 @@ fn real_buildings_show_photographs_of_their_facades() {
     for path in photographs {
         let material = mapped("color", map(&path.to_string_lossy(), Mapping::default()), unlit());
         let image = spans(made(&[(floor(1.0), material)]), &above(2.0, 32));
-        let seen = colors(&image, Filter::Exact);
+        let seen = colors(&image, TextureFilter::Exact);
         let picture = file::read(&path).unwrap();
         for (k, name) in ["R", "G", "B"].into_iter().enumerate() {
             let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;

@@ -7,17 +7,17 @@ use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::{Color, encode_srgb};
 use spandrel_engine::fragment::{Finish, Optics};
-use spandrel_engine::image::{Image, Samples, Window, file};
+use spandrel_engine::image::{Channel, Image, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::picture::{self, Dither, Grade, Matte, Operator, Palette, Reformat, Segments};
 use spandrel_engine::raster::Raster;
-use spandrel_engine::render::background::{self, By, Photograph, Show, Stand};
+use spandrel_engine::render::background::{self, BackgroundOptions, Photograph, PictureFit, Show};
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::Material;
 use spandrel_engine::shade::Trace;
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::texture::Filter;
+use spandrel_engine::texture::TextureFilter;
 use spandrel_engine::trace::Accelerator;
 use spandrel_tests::data;
 use spandrel_tests::random::Random;
@@ -54,7 +54,7 @@ fn difference(a: &Image, b: &Image) -> f32 {
 }
 
 fn background(view: &View, rule: Rule, show: Show, distance: Option<f64>) -> SpanImage {
-    let stand = Stand {
+    let stand = BackgroundOptions {
         label: "background".to_owned(),
         key: Key::of(&format!("{show:?} {distance:?}")),
         strength: Color::WHITE,
@@ -121,7 +121,7 @@ fn panoramas_and_gradients_lie_by_direction_and_rays_see_them() {
         let camera =
             Camera { position: DVec3::ZERO, look_at, field_of_view: 60.0, ..Camera::default() };
         let view = View::new(&camera, Raster::new(32, 24).unwrap()).unwrap();
-        let photograph = Photograph::new(&panorama, By::Direction, 0.0).unwrap();
+        let photograph = Photograph::new(&panorama, PictureFit::Direction, 0.0).unwrap();
         let picture = shown(&background(&view, rule, Show::Picture(photograph), None), rule);
         let gradient = Show::Gradient(vec![(-90.0, Color::BLACK), (90.0, Color::WHITE)]);
         let heights = shown(&background(&view, rule, gradient, None), rule);
@@ -144,7 +144,7 @@ fn panoramas_and_gradients_lie_by_direction_and_rays_see_them() {
     let finish = Finish { optics: Some(optics), ..Finish::default() };
     let mirror = Material { color: Color::BLACK, finish, ..Material::default() };
     let image = spans(&painted_faces(&[(ground, mirror)]).unwrap(), &view, rule);
-    let photograph = Photograph::new(&panorama, By::Direction, 0.0).unwrap();
+    let photograph = Photograph::new(&panorama, PictureFit::Direction, 0.0).unwrap();
     let behind = background(&view, rule, Show::Picture(photograph), None);
     let all = SpanImage::merge(&[image, behind]).unwrap();
     let shader = Trace {
@@ -168,17 +168,18 @@ fn plates_fill_fit_or_stretch_and_stand_at_their_distance() {
     let view = front_view(60, 30);
     let rule = Rule::Sloped(4);
     let square = Arc::new(made(8, 8, |x, y| [x as f32 / 8.0, y as f32 / 8.0, 0.0, 1.0]));
-    let lies = |by: By| {
+    let lies = |by: PictureFit| {
         let photograph = Photograph::new(&square, by, 0.0).unwrap();
         shown(&background(&view, rule, Show::Picture(photograph), None), rule)
     };
-    let (fill, whole, stretch) = (lies(By::Fill), lies(By::Whole), lies(By::Stretch));
+    let (fill, whole, stretch) =
+        (lies(PictureFit::Fill), lies(PictureFit::Whole), lies(PictureFit::Stretch));
     assert!((fill.rgba(30, 0)[1] - 0.22).abs() < 0.05, "{:?}", fill.rgba(30, 0));
     assert!((stretch.rgba(30, 0)[1] - 0.0).abs() < 0.05, "{:?}", stretch.rgba(30, 0));
     assert!(whole.rgba(2, 15)[3] == 0.0 && whole.rgba(30, 15)[3] > 0.999);
     // A foreground that is half transparent stands between two walls.
     let veil = Arc::new(made(2, 2, |_, _| [0.0, 0.4, 0.0, 0.5]));
-    let veil = Show::Picture(Photograph::new(&veil, By::Stretch, 0.0).unwrap());
+    let veil = Show::Picture(Photograph::new(&veil, PictureFit::Stretch, 0.0).unwrap());
     let wall = |distance: f64, color: Color| {
         background(&view, rule, Show::Gradient(vec![(0.0, color)]), Some(distance))
     };
@@ -189,9 +190,9 @@ fn plates_fill_fit_or_stretch_and_stand_at_their_distance() {
     let near = SpanImage::merge(&[all, wall(4.0, Color::new(0.0, 0.0, 1.0))]).unwrap();
     assert_eq!(shown(&near, rule).rgba(20, 20), [0.0, 0.0, 1.0, 1.0]);
     let rows = Arc::new(made(6, 4, |_, _| [1.0; 4]));
-    let error = Photograph::new(&rows, By::Direction, 0.0).unwrap_err().to_string();
+    let error = Photograph::new(&rows, PictureFit::Direction, 0.0).unwrap_err().to_string();
     assert!(error.contains("twice as wide as high"), "{error}");
-    let error = Photograph::new(&Arc::new(made(2, 1, |_, _| [f32::NAN; 4])), By::Fill, 0.0);
+    let error = Photograph::new(&Arc::new(made(2, 1, |_, _| [f32::NAN; 4])), PictureFit::Fill, 0.0);
     assert!(error.unwrap_err().to_string().contains("finite"));
 }
 
@@ -261,21 +262,25 @@ fn grades_blurs_and_sizes_do_what_they_say() {
         shift: DVec2::ZERO,
         scale: DVec2::ONE,
         turn: 0.0,
-        filter: Filter::Exact,
+        filter: TextureFilter::Exact,
     };
     assert_eq!(
-        difference(&Reformat { filter: Filter::Nearest, ..same }.apply(&image).unwrap(), &image),
+        difference(
+            &Reformat { filter: TextureFilter::Nearest, ..same }.apply(&image).unwrap(),
+            &image
+        ),
         0.0
     );
     // All of it is all of it, however it is filtered but by the mean of what is between texels.
-    for filter in [Filter::Nearest, Filter::Trilinear, Filter::Anisotropic(8)] {
+    for filter in [TextureFilter::Nearest, TextureFilter::Trilinear, TextureFilter::Anisotropic(8)]
+    {
         let again = Reformat { filter, ..same }.apply(&image).unwrap();
         assert!(difference(&again, &image) < 1e-6, "{filter:?}");
     }
     // What is opaque stays so to its border, at every size; beside it is nothing, and a small one keeps its area.
     let white = made(30, 20, |_, _| [1.0; 4]);
     for size in [(7, 5), (60, 40), (64, 43), (1, 1)] {
-        let filter = Filter::default();
+        let filter = TextureFilter::default();
         let stretched =
             Reformat { size, keeps_shape: false, filter, ..same }.apply(&white).unwrap();
         assert!(stretched.pixels().all(|p| p.iter().all(|v| (v - 1.0).abs() < 1e-5)), "{size:?}");
@@ -292,7 +297,8 @@ fn grades_blurs_and_sizes_do_what_they_say() {
     for name in ["R", "G", "B", "A"] {
         beside.insert(name, Samples::Float(vec![1.0; 20])).unwrap();
     }
-    let cut = Reformat { size: (6, 4), filter: Filter::Nearest, ..same }.apply(&beside).unwrap();
+    let cut =
+        Reformat { size: (6, 4), filter: TextureFilter::Nearest, ..same }.apply(&beside).unwrap();
     let alpha: Vec<f32> = cut.float("A").unwrap()[..6].to_vec();
     assert_eq!(alpha, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]);
     let half = Reformat { size: (12, 12), ..same }.apply(&image).unwrap();
@@ -304,16 +310,22 @@ fn grades_blurs_and_sizes_do_what_they_say() {
             assert!((got - mean(k)).abs() < 0.12, "{x} {y}: {got} {}", mean(k));
         }
     }
-    let turned = Reformat { turn: std::f64::consts::FRAC_PI_2, filter: Filter::Nearest, ..same };
+    let turned =
+        Reformat { turn: std::f64::consts::FRAC_PI_2, filter: TextureFilter::Nearest, ..same };
     let turned = turned.apply(&image).unwrap();
     for (x, y) in [(0, 0), (3, 9), (23, 4)] {
         // Clockwise: what was on the left is above.
         assert_eq!(turned.rgba(23 - y, x), image.rgba(x, y));
     }
-    let mirrored = Reformat { scale: DVec2::new(-1.0, 1.0), filter: Filter::Nearest, ..same };
+    let mirrored =
+        Reformat { scale: DVec2::new(-1.0, 1.0), filter: TextureFilter::Nearest, ..same };
     assert_eq!(mirrored.apply(&image).unwrap().rgba(2, 5), image.rgba(21, 5));
-    let cut =
-        Reformat { size: (12, 6), part: [0.5, 0.25, 0.5, 0.25], filter: Filter::Nearest, ..same };
+    let cut = Reformat {
+        size: (12, 6),
+        part: [0.5, 0.25, 0.5, 0.25],
+        filter: TextureFilter::Nearest,
+        ..same
+    };
     assert_eq!(cut.apply(&image).unwrap().rgba(3, 2), image.rgba(15, 8));
 }
 
@@ -375,9 +387,9 @@ fn sky(random: &mut Random, height: f32) -> [f32; 3] {
 
 #[test]
 fn subjects_are_cut_out_of_a_sky_they_were_put_before() {
-    let keys = vec![picture::Key::Bluer(-0.2, 0.14)];
+    let keys = vec![picture::ColorKey::Bluer(-0.2, 0.14)];
     let pulled = |subject: &Image,
-                  keys: &[picture::Key],
+                  keys: &[picture::ColorKey],
                   with_plate: bool,
                   edge: f64|
      -> (Image, f64, f64) {
@@ -414,14 +426,14 @@ fn subjects_are_cut_out_of_a_sky_they_were_put_before() {
     });
     let (_, alpha, color) = pulled(&disc, &keys, false, 0.05);
     assert!(alpha < 0.004 && color < 0.004, "{alpha} {color}");
-    let (_, alpha, color) = pulled(&disc, &[picture::Key::Clean(0.62, 0.03)], true, 0.05);
+    let (_, alpha, color) = pulled(&disc, &[picture::ColorKey::Clean(0.62, 0.03)], true, 0.05);
     assert!(alpha < 0.004 && color < 0.004, "by a plate: {alpha} {color}");
     // Real cut-outs, whose alpha is known.
     let Some(folder) = data::find("photos") else { return };
     let mut bad = Vec::new();
     // Green and brown are far from a sky's blue, snow and stone are not.
-    let far = picture::Key::Bluer(-0.2, 0.14);
-    let near = picture::Key::Bluer(0.03, 0.14);
+    let far = picture::ColorKey::Bluer(-0.2, 0.14);
+    let near = picture::ColorKey::Bluer(0.03, 0.14);
     let bounds = BTreeMap::from([
         ("guereins1", (far, 0.006)),
         ("guereins2", (far, 0.012)),
@@ -453,12 +465,12 @@ fn keys_polygons_and_plates_are_checked_and_do_as_they_say() {
         made(20, 20, |x, _| if x < 10 { [0.1, 0.1, 0.1, 1.0] } else { [0.8, 0.8, 0.8, 1.0] });
     let pull = |matte: &Matte| matte.pull(&grey, None).map(|pulled| pulled.subject);
     let by = |key| Matte { keys: vec![key], decontaminate: 1.0, ..Matte::default() };
-    let dark = pull(&by(picture::Key::Brighter(0.5, 0.7))).unwrap();
+    let dark = pull(&by(picture::ColorKey::Brighter(0.5, 0.7))).unwrap();
     assert!(dark.rgba(3, 3)[3] == 1.0 && dark.rgba(15, 3)[3] == 0.0);
-    let bright = pull(&by(picture::Key::Darker(0.6, 0.5))).unwrap();
+    let bright = pull(&by(picture::ColorKey::Darker(0.6, 0.5))).unwrap();
     assert!(bright.rgba(3, 3)[3] == 0.0 && bright.rgba(15, 3)[3] == 1.0);
     let garbage = vec![(0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.0, 0.5)];
-    let upper = Matte { garbage, ..by(picture::Key::Brighter(0.5, 0.7)) };
+    let upper = Matte { garbage, ..by(picture::ColorKey::Brighter(0.5, 0.7)) };
     let upper = pull(&upper).unwrap();
     assert!(upper.rgba(3, 3)[3] == 1.0 && upper.rgba(3, 15)[3] == 0.0);
     // A garbage polygon alone, and a picture that was cut out before.
@@ -466,21 +478,21 @@ fn keys_polygons_and_plates_are_checked_and_do_as_they_say() {
     let alone = pull(&Matte { garbage: lower, ..Matte::default() }).unwrap();
     assert!(alone.rgba(3, 3)[3] == 0.0 && alone.rgba(15, 15)[3] == 1.0);
     let thin = made(4, 4, |_, _| [0.05, 0.05, 0.05, 0.5]);
-    let again = by(picture::Key::Brighter(0.5, 0.7)).pull(&thin, None).unwrap().subject;
+    let again = by(picture::ColorKey::Brighter(0.5, 0.7)).pull(&thin, None).unwrap().subject;
     assert!(difference(&again, &thin) < 1e-6);
     let keep = vec![(0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 1.0)];
-    let all = pull(&Matte { keep, ..by(picture::Key::Brighter(0.5, 0.7)) }).unwrap();
+    let all = pull(&Matte { keep, ..by(picture::ColorKey::Brighter(0.5, 0.7)) }).unwrap();
     assert_eq!(all.rgba(15, 3)[3], 1.0);
-    let error = pull(&by(picture::Key::Clean(0.1, 0.05))).unwrap_err().to_string();
+    let error = pull(&by(picture::ColorKey::Clean(0.1, 0.05))).unwrap_err().to_string();
     assert!(error.contains("clean plate"), "{error}");
     let small = made(3, 3, |_, _| [0.0; 4]);
-    let matte = by(picture::Key::Clean(0.1, 0.05));
+    let matte = by(picture::ColorKey::Clean(0.1, 0.05));
     assert!(matte.pull(&grey, Some(&small)).unwrap_err().to_string().contains("3 x 3"));
     for key in [
-        picture::Key::Brighter(0.7, 0.5),
-        picture::Key::Darker(0.1, 0.5),
-        picture::Key::Bluer(0.1, f32::NAN),
-        picture::Key::Hue(0.0, 0.0, 0.1),
+        picture::ColorKey::Brighter(0.7, 0.5),
+        picture::ColorKey::Darker(0.1, 0.5),
+        picture::ColorKey::Bluer(0.1, f32::NAN),
+        picture::ColorKey::Hue(0.0, 0.0, 0.1),
     ] {
         assert!(key.check().is_err(), "{key:?}");
     }
@@ -521,7 +533,7 @@ fn real_panoramas_stand_behind_scenes_with_all_their_light() {
             };
             let view = View::new(&camera, Raster::new(size, size).unwrap()).unwrap();
             let rule = Rule::Sloped(1);
-            let photograph = Photograph::new(&panorama, By::Direction, 0.0).unwrap();
+            let photograph = Photograph::new(&panorama, PictureFit::Direction, 0.0).unwrap();
             let image = shown(&background(&view, rule, Show::Picture(photograph), None), rule);
             for (at, pixel) in image.pixels().enumerate() {
                 let place = |i: u32| (f64::from(i) + 0.5) / f64::from(size) * 2.0 - 1.0;

@@ -5,6 +5,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, IntegerBounds, Layer,
     LayerAttributes, SmallVec, Vec2, WritableImage,
 };
+use glam::DVec3;
 use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_tests::graphs::Nodes;
 use spandrel_tests::png;
@@ -440,4 +441,89 @@ fn info_tells_what_a_picture_is() {
     std::fs::write(folder.path().join("empty.png"), "").unwrap();
     let ran = run(PROGRAM, &["info", "empty.png"], folder.path());
     assert!(ran.code != Some(0) && ran.err.contains("empty"), "{ran:?}");
+}
+
+#[test]
+fn pictures_say_where_the_camera_was() {
+    let folder = Scratch::new("where");
+    let place = DVec3::new(0.7, 0.4, -0.3);
+    let scene = format!(
+        "Scene(plans: [(name: \"p\", root: (transform: [Move({}, {}, {})], shape: Sphere(radius: 0.02)))])",
+        place.x, place.y, place.z
+    );
+    std::fs::write(folder.path().join("dot.ron"), scene).unwrap();
+    for camera in [
+        "position: (1, 2, 6), look_at: (0.2, 0.6, 0), field_of_view: 30, roll: 20",
+        "position: (1, 2, 6), look_at: (0.2, 0.6, 0), parallel_height: 3, front: 1, back: 20",
+    ] {
+        for (resolve, node) in [
+            ("", r#"Grade(image: "p", multiply: 1)"#),
+            (", scale: (2, 3), pan: (11, -7)", r#"Quantize(image: "p", colors: 4)"#),
+            (
+                "",
+                r#"Reformat(image: "p", size: (90, 70), shift: (0.1, 0.05), turn: 12, scale: (0.8, 0.8))"#,
+            ),
+        ] {
+            let ran = render(
+                folder.path(),
+                &format!(
+                    r#""eye": Camera({camera}), "s": Scanline(scene: "dot.ron", camera: "eye"),
+                    "p": Resolve(image: "s", size: (64, 48){resolve}), "x": {node},
+                    "w": Write(image: "x", path: "x.exr", channels: [Color], bits: 32)"#
+                ),
+            );
+            assert_eq!(ran.code, Some(0), "{ran:?}");
+            let read =
+                exr::prelude::read_all_flat_layers_from_file(folder.path().join("x.exr")).unwrap();
+            let layer = &read.layer_data[0];
+            // As the standard has it: a point is a row, and multiplied from the left.
+            let times = |matrix: [f32; 16], point: DVec3| -> [f64; 4] {
+                let row = point.extend(1.0).to_array();
+                std::array::from_fn(|column| {
+                    (0..4).map(|i| row[i] * f64::from(matrix[4 * i + column])).sum()
+                })
+            };
+            let [x, y, _, w] = times(layer.attributes.world_to_normalized_device.unwrap(), place);
+            let (width, height) = (layer.size.0, layer.size.1);
+            let told = [x / w * width as f64, y / w * height as f64];
+            // Where the dot is: the middle of what differs from the corner.
+            let channel =
+                layer.channel_data.list.iter().find(|c| c.name.to_string() == "R").unwrap();
+            let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
+            let (mut sum, mut all) = ([0.0; 2], 0.0);
+            for (at, value) in values.iter().enumerate() {
+                let weight = f64::from((value - values[0]).abs());
+                all += weight;
+                sum[0] += weight * ((at % width) as f64 + 0.5);
+                sum[1] += weight * ((at / width) as f64 + 0.5);
+            }
+            let off = [sum[0] / all - told[0], sum[1] / all - told[1]];
+            assert!(
+                off.iter().all(|off| off.abs() < 0.6),
+                "{camera} {node}: {told:?} off by {off:?}"
+            );
+            let [x, y, z, _] = times(layer.attributes.world_to_camera.unwrap(), place);
+            let ray = DVec3::new(0.2, 0.6, 0.0) - DVec3::new(1.0, 2.0, 6.0);
+            let deep = (place - DVec3::new(1.0, 2.0, 6.0)).dot(ray.normalize());
+            assert!((z - deep).abs() < 1e-5, "{z} {deep}");
+            assert!(
+                (DVec3::new(x, y, z).length() - (place - DVec3::new(1.0, 2.0, 6.0)).length()).abs()
+                    < 1e-5
+            );
+            let clips = [layer.attributes.near_clip_plane, layer.attributes.far_clip_plane];
+            assert_eq!(
+                clips,
+                if camera.contains("back") { [Some(1.0), Some(20.0)] } else { [None; 2] }
+            );
+            assert!(
+                layer
+                    .attributes
+                    .software_name
+                    .as_ref()
+                    .unwrap()
+                    .to_string()
+                    .starts_with("Spandrel ")
+            );
+        }
+    }
 }

@@ -2,10 +2,9 @@
 
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
-use spandrel_engine::graph::{Graph, Plan, Run};
-use spandrel_engine::image::Image;
-use spandrel_engine::resolve::Channel;
-use spandrel_engine::values::{Override, Picture};
+use spandrel_engine::graph::{Graph, Run, Schedule};
+use spandrel_engine::image::{Channel, Image};
+use spandrel_engine::values::{Override, PictureDemand};
 use spandrel_tests::program::scratch;
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -20,8 +19,8 @@ fn render(text: &str, folder: &Path, channels: &[Channel]) -> Image {
     };
     let mut wishes = Wishes::new();
     let channels = BTreeSet::from_iter(channels.iter().copied());
-    wishes.want::<Image>("picture", Picture { channels, changed: Override::default() });
-    let plan = Plan::new(&graph, &wishes).unwrap();
+    wishes.want::<Image>("picture", PictureDemand { channels, changed: Override::default() });
+    let plan = Schedule::new(&graph, &wishes).unwrap();
     let evaluated = Run::new().evaluate(&graph, &plan, &()).unwrap();
     Image::clone(&evaluated.value::<Image>(0))
 }
@@ -144,8 +143,8 @@ fn a_light_and_a_reader_work_as_the_librarys_do() {
     let graph = Graph::check(&document, &registry, &folder).ok().unwrap();
     let mut wishes = Wishes::new();
     let channels = BTreeSet::from([Channel::Color]);
-    wishes.want::<Image>("picture", Picture { channels, changed: Override::default() });
-    let plan = Plan::new(&graph, &wishes).unwrap();
+    wishes.want::<Image>("picture", PictureDemand { channels, changed: Override::default() });
+    let plan = Schedule::new(&graph, &wishes).unwrap();
     let Err(failure) = Run::new().evaluate(&graph, &plan, &()) else { panic!("it is wrong") };
     assert!(failure.to_string().contains("blocks.txt:2:1: a block is four numbers"), "{failure}");
 }
@@ -197,7 +196,7 @@ fn a_renderer_that_answers_for_any_line_is_exact() {
                 ]),
                 "wall": Scanline(scene: "half.ron", camera: "eye"),
                 "both": DepthMerge(inputs: ["wall", "discs"]),
-                "picture": Resolve(image: "both", size: (60, 40), lines: {lines}, scale: {scale}),
+                "picture": Resolve(image: "both", size: (60, 40), lines: {lines}, scale: ({scale}, {scale})),
             }})"#
         )
     };

@@ -4,11 +4,11 @@
 use glam::DVec2;
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::Optics;
-use spandrel_engine::image::{Image, Window};
+use spandrel_engine::image::{Channel, Image, Window};
 use spandrel_engine::light::Lamp;
 use spandrel_engine::light::point::{Beam, Point};
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Filter, Framing, Rate, Rule, Select, refine, resolve};
+use spandrel_engine::resolve::{Framing, PixelFilter, Rate, Rule, Select, refine, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Illuminate, Shadows, Trace};
 use spandrel_engine::span::SpanImage;
@@ -92,7 +92,7 @@ fn mirrors_refined_over_a_rough_picture_are_those_of_a_fine_one() {
 #[test]
 fn pictures_may_be_filtered_and_moved_before_they_are_refined() {
     let lit = lit(&image(), Shadows::Rays(1));
-    let framings = [Filter::Tent, Filter::Gaussian, Filter::Lanczos].map(|filter| {
+    let framings = [PixelFilter::Tent, PixelFilter::Gaussian, PixelFilter::Lanczos].map(|filter| {
         let moved = DVec2::new(2.25, -1.5);
         Framing { filter, pan: moved, ..framing(&lit) }
     });

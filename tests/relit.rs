@@ -4,9 +4,9 @@
 use glam::{DVec2, DVec3};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::Gloss;
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::light::sky::{Sky, SkyModel};
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Fog, Recolor, Shadows};
 use spandrel_engine::span::SpanImage;

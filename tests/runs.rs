@@ -4,13 +4,12 @@ use spandrel_engine::Error;
 use spandrel_engine::cache::Cache;
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
-use spandrel_engine::graph::evaluate::{Outcome, Progress, Report};
+use spandrel_engine::graph::evaluate::{NodeReport, Outcome, Progress};
 use spandrel_engine::graph::value::Demand;
-use spandrel_engine::graph::{Graph, Inputs, Link, Node, Plan, Run, Upstream, Value};
-use spandrel_engine::image::Image;
+use spandrel_engine::graph::{Graph, Inputs, Link, Node, Run, Schedule, Upstream, Value};
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::key::Key;
-use spandrel_engine::resolve::Channel;
-use spandrel_engine::values::{Override, Picture};
+use spandrel_engine::values::{Override, PictureDemand};
 use spandrel_engine::watch::Watch;
 use spandrel_tests::program::Scratch;
 use std::collections::BTreeSet;
@@ -28,11 +27,11 @@ fn graph(name: &str, nodes: &str) -> (Scratch, Graph) {
     (scratch, graph.unwrap_or_else(|faults| panic!("{faults:?}")))
 }
 
-fn plan(graph: &Graph, node: &str) -> Plan {
+fn plan(graph: &Graph, node: &str) -> Schedule {
     let channels = BTreeSet::from([Channel::Color]);
     let mut wishes = Wishes::new();
-    wishes.want::<Image>(node, Picture { channels, changed: Override::default() });
-    Plan::new(graph, &wishes).unwrap()
+    wishes.want::<Image>(node, PictureDemand { channels, changed: Override::default() });
+    Schedule::new(graph, &wishes).unwrap()
 }
 
 /// Pictures from many sides, laid over each other one by one.
@@ -222,7 +221,7 @@ fn a_link_gives_what_it_was_asked_for_whoever_else_asks_the_same_node() {
         let graph = Graph::check(&document, &registry, Path::new("")).ok().unwrap();
         let mut wishes = Wishes::new();
         wishes.want::<Number>("it", Which(0));
-        let plan = Plan::new(&graph, &wishes).unwrap();
+        let plan = Schedule::new(&graph, &wishes).unwrap();
         let made = Run::new().evaluate(&graph, &plan, &()).unwrap();
         assert_eq!(made.value::<Number>(0).0, 73132, "{other}");
     }
@@ -292,7 +291,7 @@ impl Node for Takes {
 struct Slow;
 
 impl Progress for Slow {
-    fn finished(&self, report: &Report) {
+    fn finished(&self, report: &NodeReport) {
         if report.node == "first" {
             std::thread::sleep(Duration::from_millis(300));
         }
@@ -310,7 +309,7 @@ fn an_equal_node_that_comes_while_the_first_ends_finds_its_value() {
     let graph = Graph::check(&document, &registry, Path::new("")).ok().unwrap();
     let mut wishes = Wishes::new();
     wishes.want::<Number>("first", Which(5)).want::<Number>("second", Which(5));
-    let plan = Plan::new(&graph, &wishes).unwrap();
+    let plan = Schedule::new(&graph, &wishes).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
     let made = pool.install(|| Run::new().evaluate(&graph, &plan, &Slow)).unwrap();
     assert_eq!([0, 1].map(|wish| made.value::<Number>(wish).0), [5, 5]);

@@ -215,16 +215,53 @@ fn all_faulty_objects_of_a_scene_are_told_at_once() {
             (name: "row", shape: Array(of: (name: "disc", shape: Cylinder(radius: 1, height: 1, segments: 2)), count: (9, 9, 9), step: (2, 2, 2))),
             (name: "one", material: "m", shape: Box(size: (1, 1, 1))),
             (name: "two", material: "m", shape: Box(size: (1, 1, 1))),
-            (name: "bare", material: "n", shape: Box(size: (1, 1, 1))),
             (name: "round", shape: Instance("loop")),
-        ])))])"#;
+        ]))])"#;
     std::fs::write(&path, text).unwrap();
     let Err(error) = read::scene(&path, None, "", &ReadOptions::default()) else { panic!() };
     let told = error.to_string();
     let lines: Vec<&str> = told.lines().collect();
-    let words = ["\"ball\"", "\"row[0]/disc\"", "\"one\"", "\"bare\"", "contains itself"];
+    let words = ["\"ball\"", "\"row[0]/disc\"", "\"one\"", "contains itself"];
     assert_eq!(lines.len(), words.len(), "{told}");
     assert!(lines.iter().zip(words).all(|(line, word)| line.contains(word)), "{told}");
+}
+
+#[test]
+fn faults_of_objects_do_not_hide_each_other() {
+    let scratch = Scratch::new("hidden-faults");
+    let path = scratch.path().join("s.ron");
+    let told = |definitions: &str, children: &str| {
+        let text = format!(
+            "Scene(plans: [(name: \"p\", definitions: {{{definitions}}}, root: (children: [{children}]))])"
+        );
+        std::fs::write(&path, text).unwrap();
+        let Err(error) = read::scene(&path, None, "", &ReadOptions::default()) else { panic!() };
+        error.to_string()
+    };
+    // Very many faults end in twenty, wherever they are.
+    let row = "Array(of: (shape: Box(size: (1, 1, 1))), count: (1000, 1, 1), step: (1e30, 0, 0))";
+    let said = told(
+        "",
+        &format!(
+            "(name: \"a\", shape: Array(of: (shape: {row}), count: (1000, 1, 1), step: (0, 1, 0)))"
+        ),
+    );
+    assert_eq!(said.lines().count(), 21, "{said}");
+    assert!(said.ends_with("more faults"), "{said}");
+    // What went wrong within a definition does not make the next use of it a circle.
+    let far = ["Scale(1e30)"; 11].join(", ");
+    let said = told(
+        &format!("\"d\": (name: \"in\", transform: [{far}], shape: Box(size: (1, 1, 1)))"),
+        "(name: \"a\", shape: Instance(\"d\")), (name: \"b\", shape: Instance(\"d\"))",
+    );
+    assert_eq!(said.lines().filter(|line| line.contains("not finite")).count(), 2, "{said}");
+    assert!(!said.contains("contains itself"), "{said}");
+    // What ends the search comes last, and what was found before it is told.
+    let said = told(
+        "",
+        "(name: \"ball\", shape: Sphere(radius: -1)), (name: \"f\", shape: File(path: \"gone.obj\"))",
+    );
+    assert!(said.contains("\"ball\"") && said.contains("gone.obj"), "{said}");
 }
 
 #[test]

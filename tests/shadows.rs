@@ -3,20 +3,20 @@
 use glam::{DVec2, DVec3};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::light::list::{AreaLight, LinearLight, MakeLamp, PolyhedralLight};
 use spandrel_engine::light::polygon::{Polygon, Surface};
 use spandrel_engine::light::sky::{Sky, SkyModel};
 use spandrel_engine::light::{Lamp, point};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Transform,
 };
 use spandrel_engine::shade::{Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::trace::{Candidates, Reductions};
+use spandrel_engine::trace::{CasterSearch, Reductions};
 use spandrel_tests::lights::{illuminate, lamp, sun};
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::polygons;
@@ -498,19 +498,22 @@ fn what_is_left_out_of_the_search_changes_no_shadow() {
         [sun, point_lamp(v(0.05, 0.45, 0.1)), point_lamp(v(0.1, 0.6, -0.3))]
     };
     for lamp in lamps() {
-        let shown = |candidates: Candidates, contours: bool| {
+        let shown = |candidates: CasterSearch, contours: bool| {
             let image = spans(&parts, &view, 4);
             let less = Reductions { candidates, contours };
             let light = illuminate(vec![lamp.clone()], Color::BLACK, Color::BLACK);
             let light = Illuminate { shadows: Shadows::Volumes, less, ..light };
             picture(&image.shaded(Arc::new(light)).unwrap())
         };
-        let all = shown(Candidates::All, false);
+        let all = shown(CasterSearch::All, false);
         let dark = picture(&lit(&spans(&parts, &view, 4), vec![lamp.clone()], Shadows::Off));
         assert!(mean(&all) < 0.97 * mean(&dark), "{}: nothing is dark", lamp.name);
-        for candidates in
-            [Candidates::Shafts, Candidates::Clusters, Candidates::SixSpaces, Candidates::All]
-        {
+        for candidates in [
+            CasterSearch::Shafts,
+            CasterSearch::Clusters,
+            CasterSearch::SixSpaces,
+            CasterSearch::All,
+        ] {
             for contours in [false, true] {
                 let less = shown(candidates, contours);
                 let pairs = red(&less).iter().zip(red(&all));

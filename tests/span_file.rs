@@ -2,9 +2,10 @@
 //! lit as in memory.
 
 use spandrel_engine::color::Color;
+use spandrel_engine::image::Channel;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline::render;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::shade::{Fog, Illuminate, Shadows, Trace};
 use spandrel_engine::span::{Keep, SpanImage, Stage};

@@ -1,7 +1,7 @@
 //! Span files, byte by byte: their layout as it is documented, and damage of every kind, which can do no more
 //! than fail.
 
-use spandrel_engine::resolve::Channel;
+use spandrel_engine::image::Channel;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file::{self, Options, SpanFile};
 use spandrel_tests::program::Scratch;

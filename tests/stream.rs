@@ -5,11 +5,11 @@
 
 use glam::{DVec2, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
-use spandrel_engine::color::{Color, Kind};
-use spandrel_engine::image::Image;
+use spandrel_engine::color::{Color, ValueKind};
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Recolor, Stream};
 use spandrel_engine::span::SpanImage;
@@ -343,7 +343,7 @@ fn places_are_those_of_the_picture_and_layers_go_on_summing() {
 }
 
 fn told(image: &SpanImage, code: &str, channels: &[&str]) -> Result<SpanImage, String> {
-    let kind = |name: &str| if name == "way" { Kind::Color } else { Kind::Number };
+    let kind = |name: &str| if name == "way" { ValueKind::Color } else { ValueKind::Number };
     let channels = channels.iter().map(|name| ((*name).to_owned(), kind(name))).collect();
     let stream = Stream::new(code, BTreeMap::new(), channels).map_err(|fault| fault.to_string())?;
     image.shaded(Arc::new(stream)).map_err(|error| error.to_string())

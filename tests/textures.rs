@@ -8,16 +8,16 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Finish, Gloss, Optics};
 use spandrel_engine::image::texels::Texels;
-use spandrel_engine::image::{Coded, Codes, Coding, Image, Layout, Samples, Window, file};
+use spandrel_engine::image::{Channel, Coded, Codes, Coding, Image, Layout, Samples, Window, file};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::{AlphaMode, Map, Material, Picture, Scene, read};
 use spandrel_engine::shade::{Illuminate, Shadows, Trace};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture::{
-    By, Filter, Footprint, Mapping, Meaning, Report, Source, Store, Wrap,
+    By, Footprint, Mapping, Meaning, PictureSource, Store, StoreReport, TextureFilter, Wrap,
 };
 use spandrel_engine::trace::Accelerator;
 use spandrel_tests::lights::{illuminate, sun};
@@ -77,7 +77,7 @@ pub(crate) fn spans(scene: Arc<Scene>, view: &View) -> SpanImage {
 
 pub(crate) fn shown(
     image: &SpanImage,
-    textures: Filter,
+    textures: TextureFilter,
     channels: &[Channel],
 ) -> Result<Image, String> {
     let framing = Framing::scaled(image.view().raster(), DVec2::ONE).unwrap();
@@ -86,7 +86,7 @@ pub(crate) fn shown(
     resolve(image, RULE, &framing, &channels).map_err(|error| error.to_string())
 }
 
-pub(crate) fn colors(image: &SpanImage, textures: Filter) -> [Vec<f32>; 3] {
+pub(crate) fn colors(image: &SpanImage, textures: TextureFilter) -> [Vec<f32>; 3] {
     let picture = shown(image, textures, &[Channel::Color]).unwrap();
     ["R", "G", "B"].map(|name| picture.float(name).unwrap().to_vec())
 }
@@ -117,8 +117,12 @@ fn street() -> Camera {
     Camera { position: v(0.3, 1.0, 6.0), look_at: v(0.0, 0.0, 0.0), ..Camera::default() }
 }
 
-const ALL: [Filter; 4] =
-    [Filter::Nearest, Filter::Trilinear, Filter::Anisotropic(8), Filter::Exact];
+const ALL: [TextureFilter; 4] = [
+    TextureFilter::Nearest,
+    TextureFilter::Trilinear,
+    TextureFilter::Anisotropic(8),
+    TextureFilter::Exact,
+];
 
 #[test]
 fn a_ramp_lies_in_perspective_where_its_corners_say() {
@@ -148,7 +152,7 @@ fn a_ramp_lies_in_perspective_where_its_corners_say() {
                 if is_inner && z > -2.0 {
                     counted += 1;
                     let (u, w) = ((x + 6.0) / 12.0, (6.0 - z) / 12.0);
-                    let within = if filter == Filter::Nearest { 0.008 } else { 0.0012 };
+                    let within = if filter == TextureFilter::Nearest { 0.008 } else { 0.0012 };
                     let off = (value("R", at) - u).abs().max((value("G", at) - w).abs());
                     assert!(off < within, "{filter:?} {mapping:?} {at}: {off}");
                 }
@@ -171,7 +175,7 @@ fn filters_turn_fine_patterns_into_their_mean_each_better_than_the_last() {
     // The truth: 24 by 24 pixels of the picture for each.
     let (width, height, factor) = (48u32, 32u32, 24u32);
     let fine = spans(scene.clone(), &view(&camera, width * factor, height * factor));
-    let [fine, ..] = colors(&fine, Filter::Anisotropic(16));
+    let [fine, ..] = colors(&fine, TextureFilter::Anisotropic(16));
     let truth = |at: usize| {
         let (x, y) = (at as u32 % width * factor, at as u32 / width * factor);
         let rows =
@@ -202,7 +206,7 @@ fn pictures_are_enlarged_at_other_scales_without_new_texels() {
     let image = spans(made(&[(floor(1.0), material)]), &above(2.0, 64));
     let at_scale = |scale: f64| {
         let framing = Framing::scaled(image.view().raster(), DVec2::splat(scale)).unwrap();
-        let framing = Framing { textures: Filter::Exact, ..framing };
+        let framing = Framing { textures: TextureFilter::Exact, ..framing };
         let color = BTreeSet::from([Channel::Color]);
         resolve(&image, RULE, &framing, &color).unwrap().float("R").unwrap().to_vec()
     };
@@ -240,7 +244,7 @@ fn what_is_beside_a_picture_is_as_its_wrap_says() {
         };
         let material = mapped("color", map(&row, mapping), unlit());
         let image = spans(made(&[(floor(6.0), material)]), &above(12.0, 12));
-        let [red, ..] = colors(&image, Filter::Nearest);
+        let [red, ..] = colors(&image, TextureFilter::Nearest);
         for x in 0..12 {
             let wanted: f32 = expected(wrap, x as i64 - 4);
             assert!((red[6 * 12 + x] - wanted).abs() < 1e-6, "{wrap:?} {x}: {}", red[6 * 12 + x]);
@@ -273,7 +277,7 @@ fn beside_a_picture_every_map_changes_nothing() {
         let light =
             illuminate(vec![sun(v(-0.4, -0.8, 0.1), Color::WHITE)], Color::grey(0.3), Color::BLACK);
         let lit = image.shaded(Arc::new(light)).unwrap();
-        let picture = shown(&lit, Filter::default(), &[Channel::Color]).unwrap();
+        let picture = shown(&lit, TextureFilter::default(), &[Channel::Color]).unwrap();
         ["R", "G", "B", "A"].map(|name| picture.float(name).unwrap().to_vec())
     };
     let names = ["color", "alpha", "normal", "bump", "metallic_roughness", "occlusion", "emission"];
@@ -318,7 +322,7 @@ fn masks_are_whole_or_nothing_at_their_threshold() {
                 let mask = Material { alpha, alpha_mode: AlphaMode::Mask(from), ..unlit() };
                 let material = mapped(what, map(path, Mapping::default()), mask);
                 let image = spans(made(&[(floor(6.0), material)]), &above(8.0, pixels));
-                let picture = shown(&image, Filter::default(), &[Channel::Color]).unwrap();
+                let picture = shown(&image, TextureFilter::default(), &[Channel::Color]).unwrap();
                 let seen = picture.float("A").unwrap();
                 let off = seen.iter().map(|a| (a - there).abs()).fold(0.0, f32::max);
                 assert!(off < 1e-5, "{what} {grey} x {alpha} from {from}, {pixels}: {off}");
@@ -347,7 +351,7 @@ fn cut_outs_cover_their_area_and_cast_shadows_of_their_shape() {
             let parts = [(raised, material), (floor(9.0), white)];
             for pixels in [48, 200] {
                 let alone = spans(made(&parts[..1]), &above(4.0, pixels));
-                let picture = shown(&alone, Filter::default(), &[Channel::Color]).unwrap();
+                let picture = shown(&alone, TextureFilter::default(), &[Channel::Color]).unwrap();
                 let pixel = 16.0 / f64::from(pixels * pixels);
                 let covered: f64 =
                     picture.float("A").unwrap().iter().map(|a| f64::from(*a) * pixel).sum();
@@ -365,7 +369,7 @@ fn cut_outs_cover_their_area_and_cast_shadows_of_their_shape() {
                     Color::BLACK,
                 );
                 let lit = image.shaded(Arc::new(Illuminate { shadows, ..light })).unwrap();
-                let [red, ..] = colors(&lit, Filter::default());
+                let [red, ..] = colors(&lit, TextureFilter::default());
                 let open = 0.2 / 0.68f32.sqrt();
                 // Only where the floor is seen and the shadow may be.
                 let of_row = |y: usize| (75..120).map(move |x| y * 120 + x);
@@ -391,7 +395,7 @@ fn lit_floor(material: Material, corners: [DVec3; 4], from: DVec3) -> f32 {
     let image = spans(made(&[(corners, material)]), &above(1.0, 8));
     let light = illuminate(vec![sun(-from, Color::WHITE)], Color::BLACK, Color::BLACK);
     let lit = image.shaded(Arc::new(light)).unwrap();
-    colors(&lit, Filter::default())[0][4 * 8 + 4]
+    colors(&lit, TextureFilter::default())[0][4 * 8 + 4]
 }
 
 #[test]
@@ -468,8 +472,8 @@ fn mirrors_show_pictures_by_what_their_rays_stand_for() {
         accelerator: Accelerator::Tree,
     };
     let traced = image.shaded(Arc::new(shader)).unwrap();
-    let [red, ..] = colors(&traced, Filter::Anisotropic(16));
-    let [rough, ..] = colors(&traced, Filter::Nearest);
+    let [red, ..] = colors(&traced, TextureFilter::Anisotropic(16));
+    let [rough, ..] = colors(&traced, TextureFilter::Nearest);
     let off = |values: &[f32]| {
         let middle = (15..28).flat_map(|y| (20..40).map(move |x| y * 60 + x));
         middle.map(|at| (values[at] - 0.5).abs()).fold(0.0, f32::max)
@@ -491,7 +495,7 @@ fn reflection_maps_are_filtered_by_what_a_curved_mirror_gathers() {
         plans: [(name: "ball", root: (material: "mirror", shape: Sphere(radius: 1, segments: 128)))])"#;
     std::fs::write(&path, text).unwrap();
     let scene = Arc::new(read::scene(&path, None, "ball", &read::ReadOptions::default()).unwrap());
-    let shown = |pixels: u32, filter: Filter| {
+    let shown = |pixels: u32, filter: TextureFilter| {
         let camera = Camera {
             position: v(0.0, 0.8, 6.0),
             look_at: DVec3::ZERO,
@@ -502,8 +506,8 @@ fn reflection_maps_are_filtered_by_what_a_curved_mirror_gathers() {
         let lights = illuminate(vec![], Color::BLACK, Color::BLACK);
         colors(&image.shaded(Arc::new(lights)).unwrap(), filter)
     };
-    let fine = shown(240, Filter::Anisotropic(8));
-    let error = |filter: Filter| {
+    let fine = shown(240, TextureFilter::Anisotropic(8));
+    let error = |filter: TextureFilter| {
         let [red, green, _] = shown(30, filter);
         let mean = |channel: &[f32], x: usize, y: usize| {
             let all = (0..64).map(|k| channel[(y * 8 + k / 8) * 240 + x * 8 + k % 8]);
@@ -516,7 +520,7 @@ fn reflection_maps_are_filtered_by_what_a_curved_mirror_gathers() {
         });
         (squares.sum::<f32>() / 324.0).sqrt()
     };
-    let (filtered, nearest) = (error(Filter::Anisotropic(8)), error(Filter::Nearest));
+    let (filtered, nearest) = (error(TextureFilter::Anisotropic(8)), error(TextureFilter::Nearest));
     assert!(nearest > 0.4 && filtered < 0.1, "{filtered} {nearest}");
 }
 
@@ -529,7 +533,7 @@ fn bytes(size: u32, bytes: Vec<u8>) -> Texels {
 #[test]
 fn more_pictures_than_the_limit_allows_are_shown_all_the_same() {
     let size = 64u32;
-    let source = |number: u32| Source {
+    let source = |number: u32| PictureSource {
         key: Key::of(&("picture", number)),
         meaning: Meaning::Color,
         read: Box::new(move || {
@@ -538,13 +542,13 @@ fn more_pictures_than_the_limit_allows_are_shown_all_the_same() {
             Ok(bytes(size, texels))
         }),
     };
-    let sources: Vec<Source> = (0..24).map(source).collect();
-    let see = |store: &Store, source: &Source, width: f64, k: u32| {
+    let sources: Vec<PictureSource> = (0..24).map(source).collect();
+    let see = |store: &Store, source: &PictureSource, width: f64, k: u32| {
         let opened = store.open(source).unwrap();
         let at = DVec2::new(f64::from(k * 7 % 64) + 0.2, f64::from(k * 11 % 64) + 0.7) / 64.0;
         let right = DVec2::new(width / 64.0, 0.0);
         let footprint = Footprint { at, right, down: DVec2::new(0.0, -width / 64.0) };
-        footprint.see(&opened, Filter::Trilinear, [Wrap::Repeat; 2]).unwrap()
+        footprint.see(&opened, TextureFilter::Trilinear, [Wrap::Repeat; 2]).unwrap()
     };
     let picture = size as usize * size as usize * 4;
     let run = |limit: usize| {
@@ -556,10 +560,10 @@ fn more_pictures_than_the_limit_allows_are_shown_all_the_same() {
         }
         (seen, store.report())
     };
-    let (all, Report { most, reads, .. }) = run(usize::MAX);
+    let (all, StoreReport { most, reads, .. }) = run(usize::MAX);
     assert!(most > 20 * picture && reads == 24, "{most} {reads}");
     for limit in [4 * picture, picture / 2 * 3, picture / 4] {
-        let (seen, Report { most, reads, .. }) = run(limit);
+        let (seen, StoreReport { most, reads, .. }) = run(limit);
         assert_eq!(seen, all);
         // A level that is asked for is held, however large, and what is coarser with it.
         assert!(most <= limit.max(picture / 2 * 3), "{most} of {limit}");
@@ -571,7 +575,7 @@ fn more_pictures_than_the_limit_allows_are_shown_all_the_same() {
 fn what_is_far_away_takes_little_memory() {
     let store = Store::new(1 << 16);
     let size = 512u32;
-    let source = Source {
+    let source = PictureSource {
         key: Key::of("large"),
         meaning: Meaning::Color,
         read: Box::new(move || Ok(bytes(size, [90, 120, 150, 255].repeat((size * size) as usize)))),
@@ -581,8 +585,10 @@ fn what_is_far_away_takes_little_memory() {
         let right = DVec2::new(1.0 / 32.0, 0.0);
         let down = DVec2::new(0.0, 1.0 / 32.0);
         let at = DVec2::splat(f64::from(k) / 50.0);
-        Footprint { at, right, down }.see(&opened, Filter::Trilinear, [Wrap::Clamp; 2]).unwrap();
+        Footprint { at, right, down }
+            .see(&opened, TextureFilter::Trilinear, [Wrap::Clamp; 2])
+            .unwrap();
     }
-    let Report { most, reads, .. } = store.report();
+    let StoreReport { most, reads, .. } = store.report();
     assert!(most < 1 << 16 && reads <= 2, "{most} {reads}");
 }

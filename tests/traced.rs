@@ -7,11 +7,11 @@ use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::{Finish, Optics};
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::{
     AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Seal, Shape, Sides,
 };

@@ -5,7 +5,7 @@ use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::diagnostic::{list, nearest};
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::evaluate::Progress;
-use spandrel_engine::graph::{Graph, Plan, Registry, Run};
+use spandrel_engine::graph::{Graph, Registry, Run, Schedule};
 use spandrel_engine::open;
 use spandrel_engine::scene::Scene;
 use spandrel_engine::values::Lamps;
@@ -46,7 +46,7 @@ fn scenes(graph: &Graph, path: &Path) -> u8 {
             "SceneLights" => wishes.want::<Lamps>(node.id, ()),
             _ => continue,
         };
-        let plan = Plan::new(graph, &wishes);
+        let plan = Schedule::new(graph, &wishes);
         match plan.and_then(|plan| run.evaluate(graph, &plan, &Told)) {
             Ok(done) if node.kind == "ReadScene" => {
                 let unreadable = done.value::<Scene>(0).unreadable_pictures();

@@ -1,5 +1,8 @@
 //! Exit codes.
 
+use spandrel_engine::output;
+use std::path::Path;
+
 use spandrel_engine::Error;
 
 use crate::print;
@@ -35,4 +38,16 @@ pub(crate) fn settled(code: u8, denies_warnings: bool) -> u8 {
         DONE if print::has_failed() => FAILED,
         code => code,
     }
+}
+
+/// Whether a drawing or a table may be written to a file, by its name.
+pub(crate) fn check_output(file: &Path, endings: &[&str]) -> Result<(), u8> {
+    let ending = file.extension().and_then(|e| e.to_str()).unwrap_or("");
+    let wrong = match output::check_name(file) {
+        Ok(()) if endings.contains(&ending) => return Ok(()),
+        Ok(()) => format!("name a file that ends in .{}", endings.join(", .")),
+        Err(message) => message,
+    };
+    print::error(format!("-o {}: {wrong}", file.display()));
+    Err(USAGE)
 }

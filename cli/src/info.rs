@@ -3,7 +3,7 @@
 use spandrel_engine::graph::document::Document as GraphDocument;
 use spandrel_engine::graph::{Graph, Registry};
 use spandrel_engine::open;
-use spandrel_engine::scene::examine::{Fault, examine};
+use spandrel_engine::scene::examine::{MeshFault, examine};
 use spandrel_engine::scene::read::{self, ReadOptions, Reading};
 use spandrel_engine::scene::{Object, Plan, Scene, Shape};
 use spandrel_engine::span::Stage;
@@ -21,7 +21,7 @@ use crate::contents::Materials;
 use crate::{check, contents, exit, lamp, lights, picture, print};
 
 pub(crate) fn run(registry: &Registry, args: &Info) -> u8 {
-    if let Some(Err(code)) = args.output.as_ref().map(|file| print::check_output(file, &["svg"])) {
+    if let Some(Err(code)) = args.output.as_ref().map(|file| exit::check_output(file, &["svg"])) {
         return code;
     }
     // What it is, its first bytes say; where they do not, its name.
@@ -276,7 +276,7 @@ fn describe(out: &mut String, plan: &Plan, scene: &Scene, reading: &Reading) {
 
 /// What had to be changed, and what is doubtful.
 fn faults(out: &mut String, plan: &Plan, scene: &Scene) {
-    let mut found: BTreeMap<Fault, (usize, String)> = BTreeMap::new();
+    let mut found: BTreeMap<MeshFault, (usize, String)> = BTreeMap::new();
     let mut visit = |object: &Object, path: &str| {
         // Of the others every corner is ours.
         let mesh = match &object.shape {

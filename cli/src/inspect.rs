@@ -2,10 +2,10 @@
 //! two images and their composite.
 
 use spandrel_engine::graph::demand::{Failure, Wishes};
-use spandrel_engine::graph::{Graph, Plan, Registry, Run};
+use spandrel_engine::graph::{Graph, Registry, Run, Schedule};
 use spandrel_engine::raster::{LinePlan, Phase, Raster};
 use spandrel_engine::span::{FaceId, SpanImage, line};
-use spandrel_engine::values::{Delivery, Lines, Override};
+use spandrel_engine::values::{Delivery, Override, SpanDemand};
 use spandrel_engine::{Error, Result, output};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -16,7 +16,7 @@ use crate::print::escape;
 use crate::{check, exit, print};
 
 pub(crate) fn run(registry: &Registry, args: &Inspect) -> u8 {
-    if let Some(Err(code)) = args.output.as_ref().map(|file| print::check_output(file, &["svg"])) {
+    if let Some(Err(code)) = args.output.as_ref().map(|file| exit::check_output(file, &["svg"])) {
         return code;
     }
     let graph = match check::read(registry, &args.graph, &args.set) {
@@ -49,10 +49,11 @@ fn inspect(graph: &Graph, args: &Inspect) -> Result<()> {
     ids.push(node);
     let mut wishes = Wishes::new();
     for id in &ids {
-        wishes.want::<SpanImage>(id, Lines { raster, plan, rows: row..row + 1, layered: false });
+        wishes
+            .want::<SpanImage>(id, SpanDemand { raster, plan, rows: row..row + 1, layered: false });
     }
     let fail = |failure: Failure| Error::invalid(failure.to_string());
-    let wanted = Plan::new(graph, &wishes).map_err(fail)?;
+    let wanted = Schedule::new(graph, &wishes).map_err(fail)?;
     let evaluated = Run::new().evaluate(graph, &wanted, &()).map_err(fail)?;
     let columns = match args.columns {
         Some([from, to]) if from < to && to <= raster.width => from..to,
@@ -83,7 +84,7 @@ fn choose<'g>(graph: &'g Graph, args: &Inspect) -> Result<(&'g str, (Raster, Lin
     for node in graph.nodes().filter(|node| node.output == "File") {
         wishes.want::<Delivery>(node.id, Override { size: args.size, ..Override::default() });
     }
-    let plan = Plan::new(graph, &wishes).map_err(|e| Error::invalid(e.to_string()))?;
+    let plan = Schedule::new(graph, &wishes).map_err(|e| Error::invalid(e.to_string()))?;
     let makes_spans = |id: &str| graph.nodes().any(|n| n.id == id && n.output == "SpanImage");
     let asks = plan.asks(graph);
     // Users stand before what they use: the first image is the one that is resolved.

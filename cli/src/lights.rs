@@ -3,7 +3,7 @@
 use spandrel_engine::color::Color;
 use spandrel_engine::fragment::Environment;
 use spandrel_engine::graph::demand::Wishes;
-use spandrel_engine::graph::{Graph, Plan, Run, Value};
+use spandrel_engine::graph::{Graph, Run, Schedule, Value};
 use spandrel_engine::light::Lamp;
 use spandrel_engine::light::list::MakeLamp;
 use spandrel_engine::math;
@@ -71,7 +71,7 @@ pub(crate) fn of_graph(graph: &Graph) -> BTreeMap<&str, String> {
     let about_node = |id: &str| {
         let mut wishes = Wishes::new();
         wishes.want::<Lamps>(id, ());
-        let plan = Plan::new(graph, &wishes).ok()?;
+        let plan = Schedule::new(graph, &wishes).ok()?;
         let done = run.evaluate(graph, &plan, &()).ok()?;
         match &done.value::<Lamps>(0).0[..] {
             [lamp] => Some(about(lamp)),

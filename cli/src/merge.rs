@@ -10,7 +10,7 @@ use crate::{exit, print};
 
 pub(crate) fn run(args: &Merge) -> u8 {
     print::be_quiet(args.quiet);
-    if let Err(code) = print::check_output(&args.output, &["span"]) {
+    if let Err(code) = exit::check_output(&args.output, &["span"]) {
         return code;
     }
     let real = |path: &Path| std::fs::canonicalize(path).ok();

@@ -25,8 +25,9 @@ pub(crate) fn run(registry: &Registry, args: &Nodes) -> u8 {
         }
     };
     if args.json {
-        let all: Vec<_> = chosen.iter().map(|kind| as_json(kind)).collect();
-        print::out(&format!("{:#}\n", serde_json::Value::from(all)));
+        let kinds: Vec<_> = chosen.iter().map(|kind| as_json(kind)).collect();
+        let all = json!({"version": env!("CARGO_PKG_VERSION"), "kinds": kinds});
+        print::out(&format!("{all:#}\n"));
     } else if args.kind.is_some() {
         chosen.iter().for_each(|kind| print::out(&description(kind)));
     } else {
@@ -62,7 +63,8 @@ fn description(kind: &Kind) -> String {
         let _ = writeln!(out, "Elsewhere: {}\n", kind.aliases.join(", "));
     }
     for field in &kind.fields {
-        let default = match &field.default {
+        let default = match field.default.as_deref() {
+            Some("None") => ", optional".to_owned(),
             Some(default) => format!(" = {default}"),
             None => ", needed".to_owned(),
         };
@@ -90,24 +92,15 @@ fn wrapped(text: &str, indent: &str) -> String {
 }
 
 fn as_json(kind: &Kind) -> serde_json::Value {
-    let fields: Vec<_> = kind
-        .fields
-        .iter()
-        .map(|field| {
-            json!({
-                "name": field.name,
-                "type": field.kind,
-                "default": field.default,
-                "doc": field.doc,
-            })
-        })
-        .collect();
+    let defaults =
+        kind.fields.iter().map(|field| (field.name.clone(), field.default.clone().into()));
     json!({
         "kind": kind.name,
         "group": kind.group,
         "makes": kind.output,
         "aliases": kind.aliases,
         "doc": kind.doc,
-        "fields": fields,
+        "defaults": serde_json::Map::from_iter(defaults),
+        "schema": kind.schema(),
     })
 }

@@ -3,15 +3,11 @@
 
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::{Diagnostic, Severity};
-use spandrel_engine::output;
 pub(crate) use spandrel_engine::text::bytes;
 use std::borrow::Cow;
 use std::io::{ErrorKind, IsTerminal, Write};
-use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-
-use crate::exit;
 
 /// What was said of what went wrong, what is doubtful and what is worth knowing.
 #[derive(Clone, Default)]
@@ -86,18 +82,6 @@ pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// Whether a drawing or a table may be written to a file, by its name.
-pub(crate) fn check_output(file: &Path, endings: &[&str]) -> Result<(), u8> {
-    let ending = file.extension().and_then(|e| e.to_str()).unwrap_or("");
-    let wrong = match output::check_name(file) {
-        Ok(()) if endings.contains(&ending) => return Ok(()),
-        Ok(()) => format!("name a file that ends in .{}", endings.join(", .")),
-        Err(message) => message,
-    };
-    error(format!("-o {}: {wrong}", file.display()));
-    Err(exit::USAGE)
-}
-
 /// Prints how things go to the standard error, unless that is not wanted.
 pub(crate) fn chat(text: &str) {
     if !IS_QUIET.load(Ordering::Relaxed) {
@@ -144,7 +128,7 @@ pub(crate) fn diagnostics(name: &str, text: &str, diagnostics: &[Diagnostic]) {
 pub(crate) fn faults(name: &str, document: &Document, diagnostics: &[Diagnostic]) {
     for diagnostic in diagnostics {
         let (is_set, text, diagnostic) = document.blamed(diagnostic);
-        one(if is_set { "--set" } else { name }, text, &diagnostic);
+        one(if is_set { "the command line" } else { name }, text, &diagnostic);
     }
     sum(name, diagnostics);
 }
@@ -219,6 +203,7 @@ pub(crate) fn escape(text: &str) -> String {
 mod tests {
     use super::*;
     use spandrel_engine::graph::Graph;
+    use std::path::Path;
 
     /// Letters of two, three and four bytes, one that is added to the letter before it, and what is not seen.
     const LETTERS: [&str; 8] = ["é", "€", "😀", "\u{301}", "\t", "\r", "\u{200b}", "\0"];

@@ -1,7 +1,7 @@
 //! Progress: a bar on a terminal, lines in a log, nothing when quiet.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use spandrel_engine::graph::Report;
+use spandrel_engine::graph::NodeReport;
 use spandrel_engine::graph::evaluate::{Outcome, Progress};
 use spandrel_engine::watch::Watch;
 use std::io::IsTerminal;
@@ -55,7 +55,7 @@ pub(crate) struct Shown {
     /// The nodes that are being evaluated, and how far they are.
     busy: Busy,
     /// What has ended.
-    reports: Mutex<Vec<Report>>,
+    reports: Mutex<Vec<NodeReport>>,
 }
 
 impl Shown {
@@ -89,7 +89,7 @@ impl Shown {
     }
 
     /// What has ended, also if something failed.
-    pub(crate) fn reports(&self) -> Vec<Report> {
+    pub(crate) fn reports(&self) -> Vec<NodeReport> {
         self.reports.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
@@ -107,7 +107,7 @@ impl Progress for Shown {
         self.bar.suspend(|| print::warning(format!("node \"{node}\": {message}")));
     }
 
-    fn finished(&self, report: &Report) {
+    fn finished(&self, report: &NodeReport) {
         lock(&self.busy).retain(|(node, _)| *node != report.node);
         self.bar.inc(1);
         self.reports.lock().unwrap_or_else(PoisonError::into_inner).push(report.clone());

@@ -4,7 +4,7 @@ use spandrel_engine::cache::cache;
 use spandrel_engine::graph::check::NodeInfo;
 use spandrel_engine::graph::demand::{Failure, Wishes};
 use spandrel_engine::graph::document::{Document, RawNode};
-use spandrel_engine::graph::{Graph, Plan, Registry, Run};
+use spandrel_engine::graph::{Graph, Registry, Run, Schedule};
 use spandrel_engine::image::Window;
 use spandrel_engine::output;
 use spandrel_engine::resolve::Rule;
@@ -73,7 +73,7 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
     for output in &outputs {
         wishes.want::<Delivery>(output, changed.clone());
     }
-    let plan = Plan::new(&graph, &wishes).map_err(|failure| fail(args, &failure))?;
+    let plan = Schedule::new(&graph, &wishes).map_err(|failure| fail(args, &failure))?;
     if args.dry_run && args.explain {
         report(&stats::explanation(&graph, &plan, &[]));
         return Ok(());

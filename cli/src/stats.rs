@@ -3,7 +3,7 @@
 use serde_json::{Value as Json, json};
 use spandrel_engine::graph::demand::Asked;
 use spandrel_engine::graph::evaluate::Outcome;
-use spandrel_engine::graph::{Graph, Plan, Report};
+use spandrel_engine::graph::{Graph, NodeReport, Schedule};
 use spandrel_engine::output;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -18,7 +18,7 @@ pub(crate) struct Done {
     /// What was there, and was left alone.
     pub(crate) skipped: Vec<Written>,
     /// Nodes that have ended.
-    pub(crate) reports: Vec<Report>,
+    pub(crate) reports: Vec<NodeReport>,
     /// Time of the evaluation.
     pub(crate) seconds: f64,
 }
@@ -37,7 +37,7 @@ impl Written {
     }
 }
 
-fn outcome(report: &Report) -> &'static str {
+fn outcome(report: &NodeReport) -> &'static str {
     match report.outcome {
         Outcome::Evaluated => "evaluated",
         Outcome::Known => "known",
@@ -46,7 +46,7 @@ fn outcome(report: &Report) -> &'static str {
 }
 
 /// A table of time, spans and bytes, node by node.
-pub(crate) fn table(reports: &[Report], seconds: f64) -> String {
+pub(crate) fn table(reports: &[NodeReport], seconds: f64) -> String {
     let rows: Vec<[String; 5]> = reports
         .iter()
         .map(|report| {
@@ -127,7 +127,7 @@ fn peak_memory() -> Option<u64> {
 }
 
 /// Who asks what of every node of the graph, and, where it was evaluated, what became of it.
-pub(crate) fn explanation(graph: &Graph, plan: &Plan, reports: &[Report]) -> String {
+pub(crate) fn explanation(graph: &Graph, plan: &Schedule, reports: &[NodeReport]) -> String {
     let mut out = String::new();
     let asks = plan.asks(graph);
     for node in graph.nodes() {
@@ -136,7 +136,7 @@ pub(crate) fn explanation(graph: &Graph, plan: &Plan, reports: &[Report]) -> Str
             let _ = writeln!(out, "{} ({}): not needed", node.id, node.kind);
         }
         for Asked { demand, by, .. } in asked {
-            let done = |report: &&Report| report.node == node.id && report.demand == *demand;
+            let done = |report: &&NodeReport| report.node == node.id && report.demand == *demand;
             let done = reports.iter().find(done).map_or("wanted", outcome);
             let by = if by.is_empty() { "you".to_owned() } else { by.join(", ") };
             let mut words = Vec::new();

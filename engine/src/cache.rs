@@ -16,14 +16,14 @@ use crate::key::Key;
 use crate::watch::Watch;
 
 /// Something that is kept.
-pub type Item = Arc<dyn Any + Send + Sync>;
+pub type Kept = Arc<dyn Any + Send + Sync>;
 
 /// Keeps items within a limit of bytes.
 #[derive(Debug)]
-pub struct Cache(Mutex<Held>);
+pub struct Cache(Mutex<CacheState>);
 
 #[derive(Debug)]
-struct Held {
+struct CacheState {
     limit: usize,
     /// Bytes that are kept.
     kept: usize,
@@ -42,7 +42,7 @@ struct Held {
 
 #[derive(Debug)]
 struct Entry {
-    item: Item,
+    item: Kept,
     bytes: usize,
     seconds_per_byte: f64,
     /// Its place in the order.
@@ -65,7 +65,7 @@ pub struct InUse {
 
 /// What a cache holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Report {
+pub struct CacheReport {
     /// Bytes that are kept.
     pub kept: usize,
     /// Bytes that are in use.
@@ -88,7 +88,7 @@ pub fn cache() -> &'static Arc<Cache> {
 impl Cache {
     /// An empty cache with a limit in bytes.
     pub fn new(limit: usize) -> Arc<Cache> {
-        Arc::new(Cache(Mutex::new(Held {
+        Arc::new(Cache(Mutex::new(CacheState {
             limit,
             kept: 0,
             used: 0,
@@ -101,7 +101,7 @@ impl Cache {
         })))
     }
 
-    fn held(&self) -> MutexGuard<'_, Held> {
+    fn held(&self) -> MutexGuard<'_, CacheState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -120,10 +120,10 @@ impl Cache {
     }
 
     /// What it holds.
-    pub fn report(&self) -> Report {
+    pub fn report(&self) -> CacheReport {
         let held = self.held();
-        let Held { kept, used, most_used, most, .. } = *held;
-        Report { kept, used, most_used, most }
+        let CacheState { kept, used, most_used, most, .. } = *held;
+        CacheReport { kept, used, most_used, most }
     }
 
     /// A shelf with nothing on it.
@@ -152,7 +152,7 @@ impl Drop for InUse {
     }
 }
 
-impl Held {
+impl CacheState {
     /// Takes away what is too much. It is to be dropped where nothing is locked: it may own a shelf.
     #[must_use]
     fn make_room(&mut self) -> Vec<Entry> {
@@ -180,7 +180,7 @@ impl Held {
 
 impl Shelf {
     /// What is kept under a key, of a part.
-    pub fn get(&self, key: Key, part: u32) -> Option<Item> {
+    pub fn get(&self, key: Key, part: u32) -> Option<Kept> {
         let mut held = self.cache.held();
         let entry = held.shelves.get(&self.number)?.get(&(key, part))?;
         let (old, rate) = (entry.place, entry.seconds_per_byte);
@@ -194,7 +194,7 @@ impl Shelf {
     }
 
     /// Keeps an item that took some seconds to make, as long as there is room. What is kept under the same key stays.
-    pub fn put(&self, key: Key, part: u32, item: Item, bytes: usize, seconds: f64) {
+    pub fn put(&self, key: Key, part: u32, item: Kept, bytes: usize, seconds: f64) {
         let mut held = self.cache.held();
         if held.shelves.get(&self.number).is_some_and(|items| items.contains_key(&(key, part))) {
             return;
@@ -320,6 +320,6 @@ mod tests {
         assert_eq!(cache.report().used, 15);
         drop(used);
         drop(other);
-        assert_eq!(cache.report(), Report { kept: 0, used: 0, most_used: 15, most: 25 });
+        assert_eq!(cache.report(), CacheReport { kept: 0, used: 0, most_used: 15, most: 25 });
     }
 }

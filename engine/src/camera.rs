@@ -6,7 +6,7 @@
 //! one: affine in screen x and y on every plane, and larger where nearer, as \[N] asks of "perspective
 //! depth".
 
-use glam::{DAffine3, DMat3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, DVec4};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -276,6 +276,19 @@ impl View {
             // The subtraction comes first: far from the origin it cancels what rotation would round.
             translation: self.rotation * (world_from_object.translation - self.camera.position),
         }
+    }
+
+    /// From the world to the screen in homogeneous coordinates, for columns: x and y in pixels from the top left, depth,
+    /// and what all are divided by.
+    pub fn screen_from_world(&self) -> DMat4 {
+        let place = |eye: DVec3| {
+            let Homogeneous { x, y, r, w } = self.project(eye);
+            DVec4::new(x, y, r, w)
+        };
+        // The projection is affine: a column is what a step along an axis adds.
+        let start = place(DVec3::ZERO);
+        let [x, y, z] = DVec3::AXES.map(|axis| place(axis) - start);
+        DMat4::from_cols(x, y, z, start) * DMat4::from(self.eye_from_object(&DAffine3::IDENTITY))
     }
 
     /// The screen place of a point in eye space.

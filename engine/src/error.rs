@@ -31,7 +31,7 @@ pub enum Error {
     #[error("{place}: {message}")]
     Malformed {
         /// Where.
-        place: Place,
+        place: FilePlace,
         /// What is wrong, and the cure.
         message: String,
     },
@@ -72,7 +72,7 @@ impl Error {
 
     /// A fault in a file as a whole.
     pub fn in_file(path: impl Into<PathBuf>, message: impl Into<String>) -> Error {
-        let place = Place { path: path.into(), position: Position::Whole };
+        let place = FilePlace { path: path.into(), position: Position::Whole };
         Error::Malformed { place, message: message.into() }
     }
 
@@ -83,13 +83,13 @@ impl Error {
         column: usize,
         message: impl Into<String>,
     ) -> Error {
-        let place = Place { path: path.into(), position: Position::Line { line, column } };
+        let place = FilePlace { path: path.into(), position: Position::Line { line, column } };
         Error::Malformed { place, message: message.into() }
     }
 
     /// A fault in a binary file.
     pub fn at_byte(path: impl Into<PathBuf>, byte: u64, message: impl Into<String>) -> Error {
-        let place = Place { path: path.into(), position: Position::Byte(byte) };
+        let place = FilePlace { path: path.into(), position: Position::Byte(byte) };
         Error::Malformed { place, message: message.into() }
     }
 
@@ -142,7 +142,7 @@ impl FirstError {
 
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct FilePlace {
     /// The file.
     pub path: PathBuf,
     /// Where in it.
@@ -165,7 +165,7 @@ pub enum Position {
     Byte(u64),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FilePlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.path.display())?;
         match self.position {

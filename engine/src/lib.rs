@@ -8,7 +8,7 @@
 //! Sugimoto 1991, cited as \[D].
 //!
 //! ```text
-//!   scene ──> visible ──> SpanImage ──merge──> SpanImage ──> resolve ──> Image ──> file
+//!   scene ──> render ───> SpanImage ──merge──> SpanImage ──> resolve ──> Image ──> file
 //!                                         ^                  ^
 //!                              shade (stacks of shaders) fragment (batches)
 //! ```
@@ -18,7 +18,7 @@
 //! 1. [`raster`]: pixels, cells and lines, the integers that everything stands on.
 //! 2. [`camera`]: how the world gets onto the screen; the depth rho.
 //! 3. [`span`]: the winner rule, lines, the merge, faces, images. The heart.
-//! 4. [`visible`]: from scenes to spans, by the same winner rule.
+//! 4. [`render`]: from scenes to spans; [`visible`]: what is seen of faces, by the same winner rule.
 //! 5. [`fragment`] and [`shade`]: programs that run over what is visible.
 //! 6. [`resolve`]: from spans to pixels, at any size.
 //! 7. [`scene`]: documents of plans, objects and faces; the readers of files.

@@ -27,6 +27,9 @@
 //!   `#[typetag::serde]` stands on their `impl`. Two that are saved alike are alike.
 //! - **Long work can be stopped.** Ask [`Inputs::watch`] every few milliseconds whether it [is
 //!   stopped](Watch::is_stopped), and leave early if it is.
+//! - **Surfaces say who else may ask them.** [`Surfaces`] alone have a colour. [`Surfaces::rays`] lets them cast shadows
+//!   and be met by rays ([`RayTarget`]), [`Surfaces::pictures`] divides the reading of many pictures ([`Pictured`]),
+//!   [`Surfaces::provenance`] knows names and files ([`Provenance`]).
 //! - **Errors say what is wrong and the cure.** [`Node::check`] finds what types and ranges cannot say, before anything
 //!   is computed; its [`FieldError`] is shown at the field's place in the graph.
 //! - **Pictures do not depend on the machine.** Use [`math`] for sines, powers and logarithms.
@@ -51,13 +54,13 @@
 //!     const KIND: &'static str = "Flop";
 //!     const GROUP: &'static str = "studio";
 //!
-//!     fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+//!     fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
 //!         // A window of the result is another window of the input: the whole is simpler.
 //!         upstream.ask(&self.image, wanted.whole());
 //!         Ok(())
 //!     }
 //!
-//!     fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+//!     fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
 //!         let mut image = Image::clone(&inputs.get(&self.image));
 //!         let width = image.window.width as usize;
 //!         for name in ["R", "G", "B", "A"] {
@@ -77,20 +80,21 @@
 pub use crate::camera::{Camera, Plane, View};
 pub use crate::color::Color;
 pub use crate::error::{Error, Result};
-pub use crate::fragment::{Around, Columns, Fragments, Layers, Shader, Surfaces};
+pub use crate::fragment::{
+    Around, Columns, Fragments, LightLayers, Pictured, Provenance, RayTarget, Shader, Surfaces,
+};
 pub use crate::graph::node::FieldError;
 pub use crate::graph::{
     Demand, InFile, Inputs, Link, NamedLink, Node, OutFile, Registry, Upstream, Value,
 };
-pub use crate::image::{Image, Samples, Window};
+pub use crate::image::{Channel, Image, Samples, Window};
 pub use crate::key::Key;
 pub use crate::light::{Body, Lamp, Light, Receiver, Sample};
 pub use crate::math;
 pub use crate::open::{bytes as read_bytes, text as read_text};
 pub use crate::raster::{LinePlan, Raster};
-pub use crate::resolve::Channel;
 pub use crate::scene::{Document, Material, Mesh, Object, Plan, Scene, Shape, Step, Transform};
 pub use crate::span::{Candidates, FaceHead, FaceId, LineRenderer, Role, SpanImage, SpanWriter};
-pub use crate::trace::Toward;
-pub use crate::values::{Delivery, Lamps, Lines, Override, Picture};
+pub use crate::trace::{Casters, CastersBuilder, Toward};
+pub use crate::values::{Delivery, Lamps, Override, PictureDemand, SpanDemand};
 pub use crate::watch::Watch;

@@ -4,9 +4,9 @@
 //! |---|---|---|
 //! | [`Scene`] | nothing | readers |
 //! | [`Camera`] | nothing | cameras |
-//! | [`SpanImage`] | a raster, a line plan, rows ([`Lines`]) | renderers, merges, shaders |
+//! | [`SpanImage`] | a raster, a line plan, rows ([`SpanDemand`]) | renderers, merges, shaders |
 //! | [`Lamps`] | nothing | lights |
-//! | [`Image`] | channels, and what the command line overrides ([`Picture`]) | resolve, image nodes |
+//! | [`Image`] | channels, and what the command line overrides ([`PictureDemand`]) | resolve, image nodes |
 //! | [`Delivery`] | what the command line overrides ([`Override`]) | writers |
 
 use glam::DVec3;
@@ -19,13 +19,13 @@ use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::graph::node::FieldError;
 use crate::graph::{Demand, Inputs, Link, NamedLink, Value};
-use crate::image::{Image, Window};
+use crate::image::{Channel, Image, Window};
 use crate::key::Key;
 use crate::light::Lamp;
 use crate::light::list::MakeLamp;
 use crate::light::seen::SeenSky;
 use crate::raster::{LinePlan, Raster, Rows};
-use crate::resolve::{Channel, Framing};
+use crate::resolve::Framing;
 use crate::scene::Scene;
 use crate::span::SpanImage;
 
@@ -61,7 +61,7 @@ impl Value for Camera {
 
 /// What is asked of a [`SpanImage`]: where its lines lie, and which rows are needed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Lines {
+pub struct SpanDemand {
     /// The raster.
     pub raster: Raster,
     /// Where lines lie.
@@ -72,8 +72,8 @@ pub struct Lines {
     pub layered: bool,
 }
 
-impl Demand for Lines {
-    fn cover(&mut self, other: &Lines) -> bool {
+impl Demand for SpanDemand {
+    fn cover(&mut self, other: &SpanDemand) -> bool {
         let fits =
             (self.raster, self.plan, self.layered) == (other.raster, other.plan, other.layered);
         if fits {
@@ -84,7 +84,7 @@ impl Demand for Lines {
 }
 
 impl Value for SpanImage {
-    type Demand = Lines;
+    type Demand = SpanDemand;
     const NAME: &'static str = "SpanImage";
     const READER: Option<&'static str> = Some("ReadSpans");
 
@@ -206,19 +206,19 @@ pub struct Override {
 
 /// What is asked of an [`Image`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Picture {
+pub struct PictureDemand {
     /// The channels that are needed.
     pub channels: BTreeSet<Channel>,
     /// What is overridden.
     pub changed: Override,
 }
 
-impl Picture {
+impl PictureDemand {
     /// The same of the whole picture, for what looks around each pixel.
     #[must_use]
-    pub fn whole(&self) -> Picture {
+    pub fn whole(&self) -> PictureDemand {
         let changed = Override { window: None, ..self.changed.clone() };
-        Picture { channels: self.channels.clone(), changed }
+        PictureDemand { channels: self.channels.clone(), changed }
     }
 
     /// The part of a whole picture that is asked for.
@@ -249,8 +249,8 @@ impl Picture {
     }
 }
 
-impl Demand for Picture {
-    fn cover(&mut self, other: &Picture) -> bool {
+impl Demand for PictureDemand {
+    fn cover(&mut self, other: &PictureDemand) -> bool {
         let fits =
             (self.changed.size, self.changed.scale) == (other.changed.size, other.changed.scale);
         if fits {
@@ -264,7 +264,7 @@ impl Demand for Picture {
 }
 
 impl Value for Image {
-    type Demand = Picture;
+    type Demand = PictureDemand;
     const NAME: &'static str = "Image";
     const READER: Option<&'static str> = Some("Read");
 

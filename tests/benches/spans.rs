@@ -4,9 +4,10 @@
 #![allow(missing_docs, reason = "criterion's macros write the functions")]
 
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
+use spandrel_engine::image::Channel;
 use spandrel_engine::raster::{LinePlan, Phase};
 use spandrel_engine::render::scanline::{self, Cluster};
-use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
+use spandrel_engine::resolve::{Framing, Rule, Weighting, resolve};
 use spandrel_engine::span::{Layers, Lines, SpanImage};
 use spandrel_engine::span_file::{self, Options, SpanFile};
 use spandrel_tests::town;

@@ -4,10 +4,10 @@
 use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::color::{Color, decode_srgb};
 use spandrel_engine::fragment::{Gloss, Optics};
+use spandrel_engine::image::Channel;
 use spandrel_engine::light::photometry::Photometry;
 use spandrel_engine::raster::{LinePlan, Phase, Rows};
 use spandrel_engine::render::scanline::render;
-use spandrel_engine::resolve::Channel;
 use spandrel_engine::scene::read::{self, Axis, ReadOptions, Reading};
 use spandrel_engine::scene::{AlphaMode, Material, Mesh, Shape};
 use spandrel_engine::shade::Illuminate;

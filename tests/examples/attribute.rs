@@ -6,16 +6,16 @@
 use glam::{DVec2, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
-use spandrel_engine::image::{Image, Samples, Window, file};
+use spandrel_engine::image::{Channel, Image, Samples, Window, file};
 use spandrel_engine::math;
 use spandrel_engine::picture::Reformat;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::shade::{Illuminate, Shadows};
 use spandrel_engine::stream::noise;
-use spandrel_engine::texture::{Filter, store};
+use spandrel_engine::texture::{TextureFilter, store};
 use spandrel_tests::lights::{illuminate, sun};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ fn view(name: &str, pixels: u32) -> View {
     View::new(&camera, Raster::new(pixels * 4 / 3, pixels).expect("a size")).expect("a camera")
 }
 
-fn shown(path: &Path, view: &View, textures: Filter) -> Image {
+fn shown(path: &Path, view: &View, textures: TextureFilter) -> Image {
     let scene = read::scene(path, None, "floor", &ReadOptions::default()).expect("a scene");
     let rows = 0..view.raster().height;
     let plan = RULE.plan().expect("a plan");
@@ -136,13 +136,13 @@ fn measure(folder: &Path, method: &str) {
     let mut line = format!("| {method} |");
     for place in ["near", "far"] {
         let start = Instant::now();
-        let picture = shown(&path, &view(place, 600), Filter::default());
+        let picture = shown(&path, &view(place, 600), TextureFilter::default());
         let seconds = start.elapsed().as_secs_f64();
         let again = Instant::now();
-        let _ = shown(&path, &view(place, 600), Filter::default());
+        let _ = shown(&path, &view(place, 600), TextureFilter::default());
         let second = again.elapsed().as_secs_f64();
         // What is true: sixteen pixels to one, of hard edges.
-        let fine = shown(&scene(folder, true), &view(place, 2400), Filter::Exact);
+        let fine = shown(&scene(folder, true), &view(place, 2400), TextureFilter::Exact);
         let all = Reformat {
             size: picture.size,
             part: [0.0, 0.0, 1.0, 1.0],
@@ -150,7 +150,7 @@ fn measure(folder: &Path, method: &str) {
             shift: DVec2::ZERO,
             scale: DVec2::ONE,
             turn: 0.0,
-            filter: Filter::Exact,
+            filter: TextureFilter::Exact,
         };
         let truth = all.apply(&Arc::new(fine)).expect("a picture");
         if std::env::var_os("SHOW").is_some() {
@@ -171,7 +171,7 @@ fn main() {
     {
         let path = scene(&folder, method == "attribute");
         for place in ["near", "far"] {
-            let _ = shown(&path, &view(place, 600), Filter::default());
+            let _ = shown(&path, &view(place, 600), TextureFilter::default());
         }
         print!("{:.1} MB", store().report().most as f64 / 1e6);
         return;

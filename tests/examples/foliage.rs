@@ -5,11 +5,11 @@ use glam::{DVec2, DVec3, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::graph::Value;
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::raster::Raster;
-use spandrel_engine::render::billboards::{self, Stand, Subject, Tree};
+use spandrel_engine::render::billboards::{self, BillboardsOptions, Subject, Tree};
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::shade::{Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture::store;
@@ -66,7 +66,7 @@ fn main() {
         let first = clock.elapsed();
         let subject = Subject::new(&photograph).expect("a subject");
         let clock = Instant::now();
-        let stand = Stand { label: "tree".to_owned(), color: Color::WHITE, lit: false };
+        let stand = BillboardsOptions { label: "tree".to_owned(), color: Color::WHITE, lit: false };
         let tree =
             Tree { picture: 0, foot: v(0.0, low.y, 0.0), height: high.y - low.y, mirrored: false };
         let plan = RULE.plan().expect("a plan");

@@ -7,8 +7,9 @@
 //! takes: 8 bytes each.
 
 use serde_json::Value;
+use spandrel_engine::image::Channel;
 use spandrel_engine::render::scanline::{self, Cluster};
-use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
+use spandrel_engine::resolve::{Framing, Rule, Weighting, resolve};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file::{self, Options};
 use spandrel_tests::town;

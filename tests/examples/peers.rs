@@ -4,9 +4,9 @@
 //! `cargo run --release -p spandrel-tests --example peers -- FOLDER TRIANGLES WIDTH HEIGHT`
 
 use spandrel_engine::camera::View;
-use spandrel_engine::image::{Image, Samples};
+use spandrel_engine::image::{Channel, Image, Samples};
 use spandrel_engine::render::scanline::{self, Cluster};
-use spandrel_engine::resolve::{Channel, Coverage, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Coverage, Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file::{self, Options};

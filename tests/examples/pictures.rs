@@ -5,11 +5,11 @@
 use glam::{DVec2, dvec3 as v};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
-use spandrel_engine::image::{Image, Samples, Window, file};
+use spandrel_engine::image::{Channel, Image, Samples, Window, file};
 use spandrel_engine::key::KeyHasher;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::stream::noise;

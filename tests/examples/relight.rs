@@ -6,9 +6,10 @@
 
 use glam::{DVec2, DVec3};
 use spandrel_engine::color::Color;
+use spandrel_engine::image::Channel;
 use spandrel_engine::light::{Lamp, point};
 use spandrel_engine::render::scanline::render;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Illuminate, Shadows};
 use spandrel_engine::span::SpanImage;
@@ -99,6 +100,7 @@ fn main() {
 }
 
 fn scene_casters(image: &SpanImage) -> usize {
-    let casters = image.sources().iter().filter_map(|source| source.surfaces.casters());
+    let casters =
+        image.sources().iter().filter_map(|source| Some(source.surfaces.rays()?.casters()));
     casters.map(|casters| casters.pieces().len()).sum()
 }

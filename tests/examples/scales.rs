@@ -6,9 +6,9 @@
 use glam::DVec2;
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Rgb};
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::render::scanline::{self, Cluster};
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::span::SpanImage;
 use spandrel_tests::town;
 use std::collections::BTreeSet;

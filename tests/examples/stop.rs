@@ -4,7 +4,7 @@
 
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
-use spandrel_engine::graph::{Graph, Plan, Run};
+use spandrel_engine::graph::{Graph, Run, Schedule};
 use spandrel_engine::values::{Delivery, Override};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -27,7 +27,7 @@ fn main() {
         for node in graph.nodes().filter(|node| node.kind == "Write") {
             wishes.want::<Delivery>(node.id, changed.clone());
         }
-        let plan = Plan::new(&graph, &wishes).expect("a plan");
+        let plan = Schedule::new(&graph, &wishes).expect("a plan");
         let mut times = Vec::new();
         for stop in 1..=STOPS {
             let run = Run::new();

@@ -6,11 +6,11 @@
 use glam::{DVec2, DVec3};
 use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
-use spandrel_engine::image::{Image, Samples, file};
+use spandrel_engine::image::{Channel, Image, Samples, file};
 use spandrel_engine::math;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::render::scanline::render;
-use spandrel_engine::resolve::{Channel, Framing, Rule, resolve};
+use spandrel_engine::resolve::{Framing, Rule, resolve};
 use spandrel_engine::scene::{Document, Material, Object, Plan, Scene, Shape};
 use spandrel_engine::shade::Fog;
 use spandrel_tests::lights::{illuminate, no_fog, sun};

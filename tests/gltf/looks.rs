@@ -180,7 +180,7 @@ fn lights_are_in_the_list_of_their_scene_in_candela_and_lux() {
     // Four metres above, on the axis and beyond the cone.
     close(f64::from(lit("spot", 0.0).g), 40.0 / 16.0, 1e-5);
     assert_eq!(lit("spot", 4.0 * 0.61f64.tan()), Color::BLACK);
-    let Entry::SpotLight(plain) = &scene.lights["plain"] else { panic!("{:?}", scene.lights) };
+    let LightEntry::SpotLight(plain) = &scene.lights["plain"] else { panic!("{:?}", scene.lights) };
     assert_eq!((plain.intensity, plain.inner_angle), (1.0, Some(0.0)));
     close(plain.angle, 45.0, 1e-9);
     assert!((plain.direction - DVec3::NEG_Y).length() < 1e-6);
@@ -213,7 +213,7 @@ fn pictures_as_webp_are_shown() {
     std::fs::write(&path, made.glb()).unwrap();
     let scene = read::scene(&path, None, "webp", &ReadOptions::default()).unwrap();
     assert_eq!(scene.notes, [""; 0]);
-    let [r, g, b] = colors(&spans(Arc::new(scene), &above(2.0, 4)), Filter::default());
+    let [r, g, b] = colors(&spans(Arc::new(scene), &above(2.0, 4)), TextureFilter::default());
     assert!(g.iter().all(|v| (v - 1.0).abs() < 1e-3), "{g:?}");
     assert!(r.iter().chain(&b).all(|v| v.abs() < 1e-3));
 }

@@ -3,10 +3,9 @@
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::evaluate::Progress;
-use spandrel_engine::graph::{Graph, Plan, Run};
-use spandrel_engine::image::{Image, Window};
-use spandrel_engine::resolve::Channel;
-use spandrel_engine::values::{Override, Picture};
+use spandrel_engine::graph::{Graph, Run, Schedule};
+use spandrel_engine::image::{Channel, Image, Window};
+use spandrel_engine::values::{Override, PictureDemand};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -69,8 +68,8 @@ impl Nodes {
         let mut wishes = Wishes::new();
         let changed = Override { window, ..Override::default() };
         let channels = BTreeSet::from([Channel::Color]);
-        wishes.want::<Image>(node, Picture { channels, changed });
-        let plan = Plan::new(&self.graph, &wishes).map_err(|error| error.to_string())?;
+        wishes.want::<Image>(node, PictureDemand { channels, changed });
+        let plan = Schedule::new(&self.graph, &wishes).map_err(|error| error.to_string())?;
         let said = Said::default();
         let done = self.run.evaluate(&self.graph, &plan, &said).map_err(|e| e.to_string())?;
         let [warnings, notes] = said.0.into_inner().expect("nobody breaks with it");

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 use spandrel_engine::render::scanline;
-use spandrel_engine::resolve::{Cover, Coverage, Filter, Framing, Rule};
+use spandrel_engine::resolve::{Cover, Coverage, Framing, PixelFilter, Rule};
 use spandrel_engine::scene::{Face, Mesh, Scene, Seal};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::visible::probe::Index;
+use spandrel_engine::visible::probe::FaceIndex;
 use std::sync::Arc;
 
 use crate::scenes;
@@ -163,7 +163,7 @@ pub fn worst(shape: &Known, rule: Rule) -> Vec<f64> {
 
 /// By part and pixel, the true share and the error.
 fn differences(shape: &Known, rule: Rule) -> Vec<Vec<(f64, f64)>> {
-    let found = coverage(&shape.scene, rule, Filter::Box);
+    let found = coverage(&shape.scene, rule, PixelFilter::Box);
     let part = |(seen, found): (&Vec<(f64, Polygon)>, Vec<f64>)| {
         let pixel = |(i, found): (usize, f64)| {
             let (x, row) = (i as u32 % SIZE, i as u32 / SIZE);
@@ -178,7 +178,7 @@ fn differences(shape: &Known, rule: Rule) -> Vec<Vec<(f64, f64)>> {
 
 /// The covers of an image, row by row.
 pub fn covers(image: &SpanImage, rule: Rule, framing: &Framing) -> Vec<Vec<Cover>> {
-    let index = rule.tolerance().map(|_| Index::new(image));
+    let index = rule.tolerance().map(|_| FaceIndex::new(image));
     let mut coverage = Coverage::new(image, rule, framing, index.as_ref());
     let row = |row| {
         let mut out = Vec::new();
@@ -189,7 +189,7 @@ pub fn covers(image: &SpanImage, rule: Rule, framing: &Framing) -> Vec<Vec<Cover
 }
 
 /// The share that each part of a scene has in the pixels of a picture of [`SIZE`], in rows from the top.
-pub fn coverage(scene: &Arc<Scene>, rule: Rule, filter: Filter) -> Vec<Vec<f64>> {
+pub fn coverage(scene: &Arc<Scene>, rule: Rule, filter: PixelFilter) -> Vec<Vec<f64>> {
     let view = scenes::pixel_view(SIZE, SIZE);
     let plan = rule.plan().expect("rules of tests are in range");
     let clusters = &[scene.clone().into()];

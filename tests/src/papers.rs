@@ -3,10 +3,9 @@
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::evaluate::Evaluated;
-use spandrel_engine::graph::{Graph, Plan, Run};
-use spandrel_engine::image::Image;
-use spandrel_engine::resolve::Channel;
-use spandrel_engine::values::{Override, Picture};
+use spandrel_engine::graph::{Graph, Run, Schedule};
+use spandrel_engine::image::{Channel, Image};
+use spandrel_engine::values::{Override, PictureDemand};
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Instant;
@@ -101,8 +100,8 @@ impl Figure {
         let mut wishes = Wishes::new();
         let changed = Override { size, ..Override::default() };
         let channels = BTreeSet::from([Channel::Color]);
-        wishes.want::<Image>(self.nodes[0], Picture { channels, changed });
-        let plan = Plan::new(&graph, &wishes).expect("a plan");
+        wishes.want::<Image>(self.nodes[0], PictureDemand { channels, changed });
+        let plan = Schedule::new(&graph, &wishes).expect("a plan");
         let evaluated = Run::new().evaluate(&graph, &plan, &()).expect("a picture");
         (evaluated, clock.elapsed().as_secs_f64())
     }

@@ -1,7 +1,9 @@
 //! Running the command line as a program, with a bound on its memory.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// What a program left behind.
@@ -31,6 +33,9 @@ pub fn run(program: &str, arguments: &[&str], folder: &Path) -> Ran {
         .stderr(Stdio::piped())
         .spawn()
         .expect("a shell can be started");
+    // Read while it runs: a full pipe would stop it.
+    let out = read(child.stdout.take());
+    let err = read(child.stderr.take());
     let clock = Instant::now();
     while child.try_wait().expect("a child can be asked").is_none() {
         if clock.elapsed() > Duration::from_secs(60) {
@@ -39,10 +44,22 @@ pub fn run(program: &str, arguments: &[&str], folder: &Path) -> Ran {
         }
         std::thread::sleep(Duration::from_millis(2));
     }
-    let Output { status, stdout, stderr } =
-        child.wait_with_output().expect("its output can be read");
-    let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
-    Ran { code: status.code(), out: text(stdout), err: text(stderr) }
+    let status = child.wait().expect("it has ended");
+    let text = |reader: JoinHandle<Vec<u8>>| {
+        String::from_utf8_lossy(&reader.join().expect("its output can be read")).into_owned()
+    };
+    Ran { code: status.code(), out: text(out), err: text(err) }
+}
+
+/// All that comes from a pipe.
+fn read(pipe: Option<impl Read + Send + 'static>) -> JoinHandle<Vec<u8>> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut pipe) = pipe {
+            let _ = pipe.read_to_end(&mut bytes);
+        }
+        bytes
+    })
 }
 
 /// A folder of its own for a test, empty at first, and removed at the end.

@@ -2,10 +2,10 @@
 
 use glam::DVec2;
 use spandrel_engine::camera::View;
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::raster::{LinePlan, Phase, Rows};
 use spandrel_engine::render::scanline::render;
-use spandrel_engine::resolve::{Channel, Framing, Rule, Weighting, resolve};
+use spandrel_engine::resolve::{Framing, Rule, Weighting, resolve};
 use spandrel_engine::span::SpanImage;
 use std::collections::BTreeSet;
 

@@ -55,7 +55,7 @@ pub(crate) fn run(registry: &Registry, args: &Measure) -> u8 {
 fn measure(registry: &Registry, args: &Measure) -> Result<(), u8> {
     print::be_quiet(args.quiet);
     for path in &args.output {
-        print::check_output(path, &["csv", "svg", "html"])?;
+        exit::check_output(path, &["csv", "svg", "html"])?;
     }
     if check::is_standard(&args.graph) {
         print::error("-: a graph that is measured is read many times: name its file");

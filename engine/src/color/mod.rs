@@ -212,7 +212,7 @@ pub fn decode_srgb(encoded: f32) -> f32 {
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
 )]
-pub enum Kind {
+pub enum ValueKind {
     /// One number.
     Number,
     /// Three: a colour, or a vector.

@@ -2,15 +2,15 @@
 
 use crate::color::Color;
 
-/// Colours by what they come from: the lights by their names, and [`Layers::REST`] for all else. Each has
-/// a colour for every fragment, and their sum, without [`Layers::ERROR`], is the fragments' colour.
+/// Colours by what they come from: the lights by their names, and [`LightLayers::REST`] for all else. Each has
+/// a colour for every fragment, and their sum, without [`LightLayers::ERROR`], is the fragments' colour.
 ///
 /// A shader that only weakens colour weakens all layers alike; what it adds itself goes to the rest. One
 /// that replaces the colour leaves nothing but the rest.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Layers(Vec<(String, Vec<Color>)>);
+pub struct LightLayers(Vec<(String, Vec<Color>)>);
 
-impl Layers {
+impl LightLayers {
     /// The name of what comes from no light: glow, fog, surfaces that are not lit. No light has it.
     pub const REST: &'static str = "";
 

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 /// A part of a fragment: the fragment's place in its batch, the bundle of the attribute domain that it lies in, if its
 /// face is divided, and its share of the fragment.
-pub type Share = (usize, Option<u32>, f32);
+pub type PictureShare = (usize, Option<u32>, f32);
 
 /// Pictures that are needed at once: those of one material, with the trigger pattern and the bundles of its domains.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +20,7 @@ pub struct PictureSet {
 
 /// What a part of a fragment looks like with the pictures that lie on it.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown {
+pub struct PaintedPart {
     /// Its colour.
     pub color: Color,
     /// How much it hides.
@@ -34,7 +34,7 @@ pub struct Shown {
 /// What pictures show of some fragments of a batch.
 #[derive(Debug, Default)]
 pub struct Painted {
-    parts: Vec<Share>,
+    parts: Vec<PictureShare>,
     color: Vec<Color>,
     alpha: Vec<f32>,
     normal: Vec<Vec3>,
@@ -46,7 +46,7 @@ impl Painted {
     pub const COLUMNS: [Columns; 3] = [Columns::COLOR, Columns::NORMAL, Columns::FINISH];
 
     /// Takes the columns of a batch of parts.
-    pub(super) fn of(parts: Vec<Share>, fragments: Fragments<'_>) -> Painted {
+    pub(super) fn of(parts: Vec<PictureShare>, fragments: Fragments<'_>) -> Painted {
         let Fragments { color, alpha, normal, finish, .. } = fragments;
         // Most pictures are colours alone.
         let is_alike = finish.windows(2).all(|pair| pair[0] == pair[1]);
@@ -54,8 +54,8 @@ impl Painted {
         Painted { parts, color, alpha, normal, finish }
     }
 
-    fn shown(&self, row: usize) -> Shown {
-        Shown {
+    fn shown(&self, row: usize) -> PaintedPart {
+        PaintedPart {
             color: self.color[row],
             alpha: self.alpha[row],
             normal: self.normal.get(row).copied(),
@@ -65,8 +65,11 @@ impl Painted {
 
     /// The parts of all fragments of a batch and what is known of each. The parts are empty if no fragment has more
     /// than one.
-    pub(super) fn spread(all: &[Painted], count: usize) -> (Vec<Share>, Vec<Option<Shown>>) {
-        let mut by_fragment: Vec<Vec<(Share, Shown)>> = vec![Vec::new(); count];
+    pub(super) fn spread(
+        all: &[Painted],
+        count: usize,
+    ) -> (Vec<PictureShare>, Vec<Option<PaintedPart>>) {
+        let mut by_fragment: Vec<Vec<(PictureShare, PaintedPart)>> = vec![Vec::new(); count];
         for painted in all {
             for (row, part) in painted.parts.iter().enumerate() {
                 by_fragment[part.0].push((*part, painted.shown(row)));

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use super::world::World;
 use super::{
-    Around, Batch, Casting, Columns, Fragments, Kept, Painted, Piece, Shader, Share, Surfaces,
+    Around, Batch, Casting, Columns, Fragments, Kept, LinePiece, Painted, PictureShare, Shader,
+    Surfaces,
 };
 use crate::camera::Plane;
 use crate::key::{Key, KeyHasher};
@@ -200,7 +201,7 @@ pub fn shade(
     let mut wide = fragments.parts(&parts);
     wide.shown = shown;
     wide.fill(reads(stack), surfaces);
-    run(stack, wide_places, &Divided { outer: batch, parts: &parts }, &mut wide);
+    run(stack, wide_places, &FragmentParts { outer: batch, parts: &parts }, &mut wide);
     fragments.unite(&wide, &parts);
     // The parts went through the moves; their fragments go straight to the end of them.
     if let Some(last) = places.into_iter().next() {
@@ -215,7 +216,7 @@ pub fn paint(
     fragments: &Fragments<'_>,
     which: &[usize],
 ) -> Painted {
-    let chosen: Vec<Share> = which.iter().map(|at| (*at, None, 1.0)).collect();
+    let chosen: Vec<PictureShare> = which.iter().map(|at| (*at, None, 1.0)).collect();
     let mut some = fragments.parts(&chosen);
     // Pictures lie on surfaces, so they are looked at where these were rendered, before every move.
     undo(stack, &mut some);
@@ -233,12 +234,12 @@ pub fn paint(
 }
 
 /// Parts of fragments.
-struct Divided<'a> {
+struct FragmentParts<'a> {
     outer: &'a dyn Batch,
-    parts: &'a [Share],
+    parts: &'a [PictureShare],
 }
 
-impl Batch for Divided<'_> {
+impl Batch for FragmentParts<'_> {
     fn kept(&self, key: Key) -> Option<Kept> {
         self.outer.kept(key)
     }
@@ -265,7 +266,7 @@ impl Batch for Divided<'_> {
         self.outer.coverage(at) * share
     }
 
-    fn pieces(&self, fragment: usize) -> Vec<Piece> {
+    fn pieces(&self, fragment: usize) -> Vec<LinePiece> {
         self.outer.pieces(self.parts[fragment].0)
     }
 }

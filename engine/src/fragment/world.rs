@@ -91,7 +91,7 @@ impl World {
     pub fn casters(&self) -> impl Iterator<Item = (usize, &Casters)> {
         self.distinct
             .iter()
-            .filter_map(|at| self.members[*at].surfaces.casters().map(|casters| (*at, casters)))
+            .filter_map(|at| self.members[*at].surfaces.rays().map(|rays| (*at, rays.casters())))
     }
 
     /// The sources that are seen where nothing is met, the nearest first: their places among the members, and the

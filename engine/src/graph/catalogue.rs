@@ -4,7 +4,12 @@
 use serde_json::Value as Json;
 
 use super::document::field_span;
-use super::link::{FILE, LINK, NAMED};
+use super::link::{FILE, LINK, NAMED, READER};
+
+/// The schema's names of the parts of a field that has several, such as `["width", "height"]`.
+const PARTS: &str = "x-parts";
+/// The schema's word for what a field holds, if its type does not say it.
+const WHAT: &str = "x-what";
 
 /// A field of a kind of node.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,7 +18,7 @@ pub struct Field {
     pub name: String,
     /// What it holds, in words.
     pub kind: String,
-    /// Its default as it would be typed; none if it must be given.
+    /// Its default as it would be typed; none if it must be given. `None` if it may be left out.
     pub default: Option<String>,
     /// What it means.
     pub doc: String,
@@ -47,6 +52,9 @@ fn words(schema: &Json) -> String {
     if let Some(how) = text(FILE) {
         return if how == "read" { "file".to_owned() } else { "file to write".to_owned() };
     }
+    if let Some(what) = text(WHAT) {
+        return what.to_owned();
+    }
     if let Some(title) = text("title") {
         return title.to_lowercase();
     }
@@ -72,21 +80,26 @@ fn words(schema: &Json) -> String {
     let main = types.iter().find(|kind| **kind != "null").copied().unwrap_or("value");
     match main {
         "array" => match (schema.get("prefixItems"), schema.get("items")) {
-            (Some(Json::Array(items)), _) => {
-                format!("({})", items.iter().map(words).collect::<Vec<_>>().join(", "))
-            }
+            (Some(Json::Array(items)), _) => tuple(&parts(schema), items.iter().map(words)),
             (_, Some(items)) => match schema.get("maxItems").and_then(Json::as_u64) {
-                Some(count) => format!("{count} x {}", words(items)),
-                None => format!("list of {}", words(items)),
+                Some(count) => tuple(&["x", "y", "z"], (0..count).map(|_| words(items))),
+                None => match items.get("prefixItems").and_then(Json::as_array) {
+                    Some(all) => {
+                        format!("list of {}", tuple(&parts(schema), all.iter().map(words)))
+                    }
+                    None => format!("list of {}", words(items)),
+                },
             },
             _ => "list".to_owned(),
         },
         "number" | "integer" => {
             let name = if main == "number" { "number" } else { "whole number" };
             match (bound(schema, "minimum"), bound(schema, "maximum")) {
-                (Some(low), Some(high)) => format!("{name}, {low} to {high}"),
-                (Some(low), None) => format!("{name}, at least {low}"),
-                (None, Some(high)) => format!("{name}, at most {high}"),
+                (Some(low), Some(high)) => format!("{name} {low} to {high}"),
+                // Those that count have no sign.
+                (Some(0.0), None) if main == "integer" => name.to_owned(),
+                (Some(low), None) => format!("{name} {low} or more"),
+                (None, Some(high)) => format!("{name} up to {high}"),
                 (None, None) => name.to_owned(),
             }
         }
@@ -105,6 +118,30 @@ fn words(schema: &Json) -> String {
             _ => "fields".to_owned(),
         },
         other => other.to_owned(),
+    }
+}
+
+/// The names of the parts of a field that has several.
+fn parts(schema: &Json) -> Vec<&str> {
+    let names = schema.get(PARTS).and_then(Json::as_array).into_iter().flatten();
+    names.filter_map(Json::as_str).collect()
+}
+
+/// Values in parentheses, by their names if these are known.
+fn tuple(names: &[&str], kinds: impl Iterator<Item = String>) -> String {
+    let kinds: Vec<String> = kinds.collect();
+    let Some(names) = names.get(..kinds.len()).filter(|names| !names.is_empty()) else {
+        return format!("({})", kinds.join(", "));
+    };
+    let list = names.join(", ");
+    let first = &kinds[0];
+    match kinds.iter().all(|kind| kind == first) {
+        true if first == "number" => format!("({list})"),
+        true => format!("({list}) of {}", first.replacen("number", "numbers", 1)),
+        false => {
+            let named = names.iter().zip(&kinds).map(|(name, kind)| format!("{name}: {kind}"));
+            format!("({})", named.collect::<Vec<_>>().join(", "))
+        }
     }
 }
 
@@ -170,7 +207,7 @@ fn forget_names(schema: &Json, value: &mut Json) {
 fn visit_value(schema: &Json, value: &Json, found: &mut dyn FnMut(Leaf)) {
     let text = |key: &str| schema.get(key).and_then(Json::as_str);
     if let (Some(of), Some(target)) = (text(LINK), value.as_str()) {
-        let reader = text("x-reader").map(str::to_owned);
+        let reader = text(READER).map(str::to_owned);
         found(Leaf::Link { of: of.to_owned(), reader, target: target.to_owned() });
         return;
     }

@@ -7,17 +7,17 @@ use super::value::{AnyDemand, Value};
 use crate::error::{Error, Result};
 
 /// What is to be evaluated: nodes, each with all that its users ask of it.
-pub struct Plan {
-    pub(super) instances: Vec<Instance>,
-    /// The instances that were wanted, in order.
+pub struct Schedule {
+    pub(super) tasks: Vec<Task>,
+    /// The tasks that were wanted, in order.
     pub(super) wanted: Vec<usize>,
 }
 
 /// A node with one demand. A node has several if its users ask what one value cannot serve.
-pub(super) struct Instance {
+pub(super) struct Task {
     pub(super) node: usize,
     pub(super) demand: Box<dyn AnyDemand>,
-    /// The instances that it uses, and its links that ask them, in the order of asking.
+    /// The tasks that it uses, and its links that ask them, in the order of asking.
     pub(super) inputs: Vec<(Slot, usize)>,
     /// The input that it returns unchanged.
     pub(super) passes: Option<usize>,
@@ -40,12 +40,12 @@ impl Wishes {
     }
 }
 
-impl Plan {
+impl Schedule {
     /// Finds what must be evaluated to get what is wanted.
     ///
     /// # Errors
     /// If there is no such node, it makes another type of value, or a node cannot deliver what is asked.
-    pub fn new(graph: &Graph, wishes: &Wishes) -> Result<Plan, Failure> {
+    pub fn new(graph: &Graph, wishes: &Wishes) -> Result<Schedule, Failure> {
         let mut asked: Vec<Vec<Ask>> = (0..graph.nodes.len()).map(|_| Vec::new()).collect();
         for (i, (id, demand, of)) in wishes.0.iter().enumerate() {
             let node = graph.find(id).map_err(|error| Failure { node: id.clone(), error })?;
@@ -56,41 +56,41 @@ impl Plan {
             }
             asked[node].push(Ask { by: User::Outside(i), demand: demand.boxed() });
         }
-        let mut plan = Plan { instances: Vec::new(), wanted: vec![0; wishes.0.len()] };
+        let mut schedule = Schedule { tasks: Vec::new(), wanted: vec![0; wishes.0.len()] };
         for node in &graph.order {
             // Users come before what they use: by now all that is asked of this node is known.
             let asks = std::mem::take(&mut asked[*node]);
             for (demand, users) in merged(asks) {
-                let at = plan.instances.len();
+                let at = schedule.tasks.len();
                 for user in users {
                     match user {
-                        User::Outside(i) => plan.wanted[i] = at,
-                        User::Input(instance, number) => {
-                            plan.instances[instance].inputs[number].1 = at;
+                        User::Outside(i) => schedule.wanted[i] = at,
+                        User::Input(task, number) => {
+                            schedule.tasks[task].inputs[number].1 = at;
                         }
                     }
                 }
-                let instance = plan_one(graph, *node, demand, at, &mut asked)?;
-                plan.instances.push(instance);
+                let task = schedule_one(graph, *node, demand, at, &mut asked)?;
+                schedule.tasks.push(task);
             }
         }
-        Ok(plan)
+        Ok(schedule)
     }
 
     /// What is asked of every node that will be evaluated, users before what they use.
     pub fn asks<'g>(&self, graph: &'g Graph) -> Vec<Asked<'g>> {
-        let id = |instance: &Instance| graph.nodes[instance.node].id.as_str();
-        let asked = |(at, instance): (usize, &Instance)| {
-            let uses = |user: &&Instance| user.inputs.iter().any(|(_, input)| *input == at);
-            let by = self.instances.iter().filter(uses).map(id).collect();
-            Asked { node: id(instance), demand: instance.demand.json(), by }
+        let id = |task: &Task| graph.nodes[task.node].id.as_str();
+        let asked = |(at, task): (usize, &Task)| {
+            let uses = |user: &&Task| user.inputs.iter().any(|(_, input)| *input == at);
+            let by = self.tasks.iter().filter(uses).map(id).collect();
+            Asked { node: id(task), demand: task.demand.json(), by }
         };
-        self.instances.iter().enumerate().map(asked).collect()
+        self.tasks.iter().enumerate().map(asked).collect()
     }
 
     /// The names of the nodes that will be evaluated, users before what they use.
     pub fn nodes<'g>(&self, graph: &'g Graph) -> Vec<&'g str> {
-        self.instances.iter().map(|instance| graph.nodes[instance.node].id.as_str()).collect()
+        self.tasks.iter().map(|task| graph.nodes[task.node].id.as_str()).collect()
     }
 }
 
@@ -124,7 +124,7 @@ struct Ask {
 enum User {
     /// The program: the wish of this number.
     Outside(usize),
-    /// An instance, for the input of this number.
+    /// A task, for the input of this number.
     Input(usize, usize),
 }
 
@@ -143,13 +143,13 @@ fn merged(asks: Vec<Ask>) -> Vec<(Box<dyn AnyDemand>, Vec<User>)> {
     merged
 }
 
-fn plan_one(
+fn schedule_one(
     graph: &Graph,
     node: usize,
     demand: Box<dyn AnyDemand>,
     at: usize,
     asked: &mut [Vec<Ask>],
-) -> Result<Instance, Failure> {
+) -> Result<Task, Failure> {
     let checked = &graph.nodes[node];
     let mut upstream = Upstream::new(&graph.names, &graph.directory);
     let passes = checked.node.passes();
@@ -163,10 +163,10 @@ fn plan_one(
     }
     let mut inputs = Vec::new();
     for (number, ask::Ask { by, of, demand }) in upstream.asks.into_iter().enumerate() {
-        // The instance is filled in when it is the input's turn.
+        // The task is filled in when it is the input's turn.
         inputs.push((by, usize::MAX));
         asked[of].push(Ask { by: User::Input(at, number), demand });
     }
     let passes = passes.map(|_| 0);
-    Ok(Instance { node, demand, inputs, passes })
+    Ok(Task { node, demand, inputs, passes })
 }

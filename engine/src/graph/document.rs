@@ -41,12 +41,12 @@ pub struct RawNode {
     /// The text, with what was set from outside.
     pub text: String,
     /// Where its pieces come from, in their order.
-    pieces: Vec<Piece>,
+    pieces: Vec<TextPiece>,
 }
 
 /// A part of a node's text that stands as it is in the document's.
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Piece {
+struct TextPiece {
     /// Where it begins in the node's text.
     at: usize,
     /// Where it stands in the document's.
@@ -129,7 +129,7 @@ impl Document {
                 );
             }
             let text = body.to_owned();
-            let pieces = vec![Piece { at: 0, origin: span.clone() }];
+            let pieces = vec![TextPiece { at: 0, origin: span.clone() }];
             nodes.push(RawNode { id, id_span, kind, span, text, pieces });
         }
         faults.sort_by_key(|fault| fault.span.start);
@@ -159,7 +159,7 @@ impl Document {
         let at = self.text.len();
         self.text.push_str(&format!("{id}: {text}"));
         let span = self.text.len() - text.len()..self.text.len();
-        let pieces = vec![Piece { at: 0, origin: span.clone() }];
+        let pieces = vec![TextPiece { at: 0, origin: span.clone() }];
         let (id, id_span, kind) = (id.to_owned(), at..at + id.len(), kind_of(text));
         self.nodes.push(RawNode { id, id_span, kind, span, text: text.to_owned(), pieces });
     }
@@ -178,7 +178,7 @@ impl Document {
             }
         })?;
         let known = field_span(&node.text, field);
-        if known.is_none() && !node.text.contains(')') {
+        if known.is_none() && !node.text.contains('(') {
             return Err(format!("\"{id}\" has no list of fields to set one in"));
         }
         self.text.push('\n');
@@ -187,20 +187,21 @@ impl Document {
         let (name, sign) =
             (start..start + field.len(), start + field.len()..start + field.len() + 1);
         let value_at = sign.end..self.text.len();
-        let end = node.text.rfind(')').unwrap_or(node.text.len());
         match known {
             Some(span) => node.replace(span, &[(value, value_at)]),
             None => {
-                let body = node.text[..end].trim_end();
-                let comma = if body.ends_with([',', '(']) { " " } else { ", " };
-                let place = body.len()..end;
+                // Behind the last field, before whatever comment follows it; or behind the bracket.
+                let last = Index::new(&node.text).fields().map(|(_, item)| item.value.end).max();
+                let place = last.unwrap_or_else(|| node.text.find('(').map_or(0, |at| at + 1));
+                let (before, behind) = if last.is_some() { (", ", "") } else { ("", ", ") };
                 let written = [
-                    (comma, name.start..name.start),
+                    (before, name.start..name.start),
                     (field, name),
                     (": ", sign),
-                    (value, value_at),
+                    (value, value_at.clone()),
+                    (behind, value_at.end..value_at.end),
                 ];
-                node.replace(place, &written);
+                node.replace(place..place, &written);
             }
         }
         Ok(())
@@ -214,20 +215,20 @@ impl RawNode {
         let ends = self.pieces[1..].iter().map(|piece| piece.at).chain([self.text.len()]);
         let mut pieces = Vec::new();
         let mut behind = Vec::new();
-        for (Piece { at, origin }, end) in self.pieces.iter().zip(ends) {
+        for (TextPiece { at, origin }, end) in self.pieces.iter().zip(ends) {
             // What is left of it before the place and behind.
             if *at < place.start {
-                pieces.push(Piece { at: *at, origin: origin.clone() });
+                pieces.push(TextPiece { at: *at, origin: origin.clone() });
             }
             if end > place.end {
                 let from = (*at).max(place.end);
                 let origin = (origin.start + from - at).min(origin.end)..origin.end;
-                behind.push(Piece { at: from - place.end + place.start + text.len(), origin });
+                behind.push(TextPiece { at: from - place.end + place.start + text.len(), origin });
             }
         }
         let mut at = place.start;
         for (text, origin) in by {
-            pieces.push(Piece { at, origin: origin.clone() });
+            pieces.push(TextPiece { at, origin: origin.clone() });
             at += text.len();
         }
         pieces.append(&mut behind);
@@ -323,10 +324,14 @@ mod tests {
         document.set("n", "b", "3").unwrap();
         document.set("m", "a", "4").unwrap();
         assert_eq!(document.nodes[0].text, "K(a: 2, b: 3)");
-        assert_eq!(document.nodes[1].text, "K( a: 4)");
+        assert_eq!(document.nodes[1].text, "K(a: 4, )");
         let said = |node: usize, field| &document.text[document.nodes[node].field(field)];
         assert_eq!([said(0, "a"), said(0, "b"), said(1, "a")], ["2", "3", "4"]);
         assert!(document.text.ends_with("\nn.a=2\nn.b=3\nm.a=4"), "{}", document.text);
+        let commented = "Graph(nodes: {\"n\": K(\n  a: 1, // one\n  // and no more\n)})";
+        let mut document = Document::parse(commented).unwrap();
+        document.set("n", "b", "3").unwrap();
+        assert_eq!(document.nodes[0].text, "K(\n  a: 1, b: 3, // one\n  // and no more\n)");
         assert!(document.set("o", "a", "1").unwrap_err().contains("there is no node"));
     }
 

@@ -14,10 +14,10 @@ use std::time::Instant;
 
 use super::ask::{Inputs, Remark};
 use super::check::{Checked, Graph};
-use super::demand::{Failure, Instance, Plan};
+use super::demand::{Failure, Schedule, Task};
 use super::link::Slot;
 use super::value::{AnyValue, Value};
-use crate::cache::{self, Cache, Item, Shelf};
+use crate::cache::{self, Cache, Kept, Shelf};
 use crate::error::{Error, Result};
 use crate::key::{Key, KeyHasher};
 use crate::open;
@@ -52,7 +52,7 @@ pub enum Outcome {
 
 /// A node's part in an evaluation.
 #[derive(Clone, Debug)]
-pub struct Report {
+pub struct NodeReport {
     /// The node.
     pub node: String,
     /// Its kind.
@@ -81,7 +81,7 @@ pub trait Progress: Sync {
     /// A node found something doubtful.
     fn warned(&self, _node: &str, _message: &str) {}
     /// A node has ended.
-    fn finished(&self, _report: &Report) {}
+    fn finished(&self, _report: &NodeReport) {}
 }
 
 impl Progress for () {}
@@ -90,7 +90,7 @@ impl Progress for () {}
 pub struct Evaluated {
     values: Vec<AnyValue>,
     /// What happened, node by node, in the order of their ends.
-    pub reports: Vec<Report>,
+    pub reports: Vec<NodeReport>,
 }
 
 impl Evaluated {
@@ -123,21 +123,21 @@ impl Run {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Evaluates a plan of a graph.
+    /// Evaluates a schedule of a graph.
     ///
     /// # Errors
     /// The first failure; nodes that had begun are finished, others are not begun.
     pub fn evaluate(
         &self,
         graph: &Graph,
-        plan: &Plan,
+        schedule: &Schedule,
         progress: &dyn Progress,
     ) -> Result<Evaluated, Failure> {
-        let count = plan.instances.len();
+        let count = schedule.tasks.len();
         let mut users: Vec<Vec<usize>> = vec![Vec::new(); count];
         let mut open = vec![0; count];
-        for (i, instance) in plan.instances.iter().enumerate() {
-            for (_, input) in &instance.inputs {
+        for (i, task) in schedule.tasks.iter().enumerate() {
+            for (_, input) in &task.inputs {
                 users[*input].push(i);
                 open[i] += 1;
             }
@@ -145,7 +145,7 @@ impl Run {
         let ready: Vec<usize> = (0..count).rev().filter(|i| open[*i] == 0).collect();
         let mut waiting: Vec<usize> = users.iter().map(Vec::len).collect();
         // Who asked for the evaluation uses what is wanted, and does not end before it.
-        plan.wanted.iter().for_each(|wanted| waiting[*wanted] += 1);
+        schedule.wanted.iter().for_each(|wanted| waiting[*wanted] += 1);
         let state = State {
             open,
             waiting,
@@ -155,14 +155,14 @@ impl Run {
             failure: None,
         };
         let evaluation =
-            Evaluation { graph, plan, run: self, progress, users, state: Mutex::new(state) };
+            Evaluation { graph, schedule, run: self, progress, users, state: Mutex::new(state) };
         rayon::scope(|scope| {
-            for instance in ready {
-                evaluation.spawn(scope, instance);
+            for task in ready {
+                evaluation.spawn(scope, task);
             }
         });
         let mut state = evaluation.state.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let wanted: Option<Vec<AnyValue>> = plan
+        let wanted: Option<Vec<AnyValue>> = schedule
             .wanted
             .iter()
             .map(|at| state.held[*at].as_ref().map(|held| held.value.clone()))
@@ -187,7 +187,7 @@ impl Run {
         // What was passed on is kept by the node that made it.
         if let Some((key, made)) = made {
             let (bytes, seconds) = (made.value.bytes, made.seconds);
-            self.kept.put(key, 0, made as Item, bytes, seconds);
+            self.kept.put(key, 0, made as Kept, bytes, seconds);
         }
     }
 
@@ -223,22 +223,22 @@ impl Holding {
 }
 
 struct State {
-    /// Of each instance: the inputs that are not there yet.
+    /// Of each task: the inputs that are not there yet.
     open: Vec<usize>,
-    /// Of each instance: the users that have not ended.
+    /// Of each task: the users that have not ended.
     waiting: Vec<usize>,
     held: Vec<Option<Holding>>,
-    /// Contents that are being computed or held: by whom, and the instances that wait for them.
+    /// Contents that are being computed or held: by whom, and the tasks that wait for them.
     busy: HashMap<Key, (usize, Vec<usize>)>,
-    reports: Vec<Report>,
+    reports: Vec<NodeReport>,
     failure: Option<Failure>,
 }
 
-/// How an instance gets its value.
+/// How a task gets its value.
 enum Start {
     /// Its content was computed before.
     Known(Holding),
-    /// Another instance is computing it, and will pass it on.
+    /// Another task is computing it, and will pass it on.
     Waits,
     /// It computes it.
     Computes,
@@ -246,10 +246,10 @@ enum Start {
 
 struct Evaluation<'a> {
     graph: &'a Graph,
-    plan: &'a Plan,
+    schedule: &'a Schedule,
     run: &'a Run,
     progress: &'a dyn Progress,
-    /// Of each instance: those that use it.
+    /// Of each task: those that use it.
     users: Vec<Vec<usize>>,
     state: Mutex<State>,
 }
@@ -267,33 +267,32 @@ impl<'a> Evaluation<'a> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Evaluates an instance whose inputs are there.
+    /// Evaluates a task whose inputs are there.
     fn start<'s>(&'s self, scope: &rayon::Scope<'s>, at: usize)
     where
         'a: 's,
     {
-        let instance = &self.plan.instances[at];
-        let node = &self.graph.nodes[instance.node];
+        let task = &self.schedule.tasks[at];
+        let node = &self.graph.nodes[task.node];
         let mut values = Vec::new();
         {
             let state = self.state();
             if state.failure.is_some() {
                 return;
             }
-            for (link, input) in &instance.inputs {
-                let held =
-                    state.held[*input].as_ref().expect("an instance starts after its inputs");
+            for (link, input) in &task.inputs {
+                let held = state.held[*input].as_ref().expect("a task starts after its inputs");
                 values.push((*link, held.value.clone()));
             }
         }
         if self.run.stop.load(Ordering::Relaxed) {
             return self.fail(at, Error::Cancelled);
         }
-        if let Some(slot) = instance.passes {
+        if let Some(slot) = task.passes {
             let held = Holding { value: values.swap_remove(slot).1, made: None };
             return self.finish(scope, at, held, Outcome::Passed);
         }
-        let key = match self.key(node, instance, &values) {
+        let key = match self.key(node, task, &values) {
             Ok(key) => key,
             Err(error) => return self.fail(at, error),
         };
@@ -302,7 +301,7 @@ impl<'a> Evaluation<'a> {
             Start::Waits => return,
             Start::Computes => {}
         }
-        match self.make(node, instance, values, key) {
+        match self.make(node, task, values, key) {
             Ok(made) => {
                 let held = Holding::of(key, Arc::new(made), &self.run.cache);
                 let for_others = held.again();
@@ -326,7 +325,7 @@ impl<'a> Evaluation<'a> {
     fn make(
         &self,
         node: &Checked,
-        instance: &Instance,
+        task: &Task,
         values: Vec<(Slot, AnyValue)>,
         key: Key,
     ) -> Result<Made> {
@@ -339,9 +338,8 @@ impl<'a> Evaluation<'a> {
         let directory = self.graph.directory();
         let inputs = Inputs { values, directory, watch: &watch, tell: &tell };
         let clock = Instant::now();
-        let made = watch.run(|| {
-            catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*instance.demand, &inputs)))
-        });
+        let made = watch
+            .run(|| catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*task.demand, &inputs))));
         let seconds = clock.elapsed().as_secs_f64();
         // Whatever came back may be half done.
         if watch.is_stopped() {
@@ -361,7 +359,7 @@ impl<'a> Evaluation<'a> {
         Ok(Made { value, files, seconds })
     }
 
-    /// Decides, in one step for all threads, how an instance gets its value.
+    /// Decides, in one step for all threads, how a task gets its value.
     fn begin(&self, key: Key, at: usize) -> Start {
         let mut state = self.state();
         let State { busy, held, .. } = &mut *state;
@@ -384,13 +382,13 @@ impl<'a> Evaluation<'a> {
         }
     }
 
-    /// What an instance's value is made of, as far as it is known before: its kind, its parameters (the names of its
+    /// What a task's value is made of, as far as it is known before: its kind, its parameters (the names of its
     /// links only where they matter), what is asked of it, its inputs' contents, those of the files that it names.
-    fn key(&self, node: &Checked, instance: &Instance, values: &[(Slot, AnyValue)]) -> Result<Key> {
+    fn key(&self, node: &Checked, task: &Task, values: &[(Slot, AnyValue)]) -> Result<Key> {
         let mut key = KeyHasher::new("node");
         key.bytes(node.kind.name.as_bytes());
         key.value(&node.nameless);
-        key.value(&instance.demand.json());
+        key.value(&task.demand.json());
         // Of inputs only keys count: they say all that the values were made of.
         for (_, value) in values {
             key.key(value.key.expect("every value got a key when it was made"));
@@ -410,14 +408,14 @@ impl<'a> Evaluation<'a> {
     where
         'a: 's,
     {
-        let instance = &self.plan.instances[at];
-        let node = &self.graph.nodes[instance.node];
+        let task = &self.schedule.tasks[at];
+        let node = &self.graph.nodes[task.node];
         let value = &held.value;
         let made = held.made.as_ref().filter(|_| outcome == Outcome::Evaluated);
-        let report = Report {
+        let report = NodeReport {
             node: node.id.clone(),
             kind: node.kind.name.clone(),
-            demand: instance.demand.json(),
+            demand: task.demand.json(),
             key: value.key.expect("every value got a key when it was made"),
             outcome,
             seconds: made.map_or(0.0, |(_, made)| made.seconds),
@@ -436,7 +434,7 @@ impl<'a> Evaluation<'a> {
                     ready.push(*user);
                 }
             }
-            for (_, input) in &instance.inputs {
+            for (_, input) in &task.inputs {
                 state.waiting[*input] -= 1;
                 if state.waiting[*input] == 0 {
                     state.let_go(*input).into_iter().for_each(|held| self.run.keep(held));
@@ -449,7 +447,7 @@ impl<'a> Evaluation<'a> {
     }
 
     fn fail(&self, at: usize, error: Error) {
-        let node = self.graph.nodes[self.plan.instances[at].node].id.clone();
+        let node = self.graph.nodes[self.schedule.tasks[at].node].id.clone();
         self.state().failure.get_or_insert(Failure { node, error });
     }
 }

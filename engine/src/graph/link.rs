@@ -119,6 +119,8 @@ impl<'de, T> Deserialize<'de> for Link<T> {
 
 /// The schema's mark of a link: the name of the type that it leads to.
 pub(super) const LINK: &str = "x-link";
+/// The schema's mark of a link that may be a file: the kind of node that reads it.
+pub(super) const READER: &str = "x-reader";
 /// The schema's mark of a file: `"read"` or `"write"`.
 pub(super) const FILE: &str = "x-file";
 /// The schema's mark of a link whose name matters.
@@ -130,7 +132,7 @@ impl<T: Value> JsonSchema for Link<T> {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({ "type": "string", LINK: T::NAME, "x-reader": T::READER })
+        schemars::json_schema!({ "type": "string", LINK: T::NAME, READER: T::READER })
     }
 }
 

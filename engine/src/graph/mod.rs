@@ -22,9 +22,9 @@ pub mod value;
 
 pub use ask::{Inputs, Upstream};
 pub use check::Graph;
-pub use demand::Plan;
+pub use demand::Schedule;
 pub use diagnostic::{Diagnostic, Severity};
-pub use evaluate::{Report, Run};
+pub use evaluate::{NodeReport, Run};
 pub use link::{InFile, Link, NamedLink, OutFile};
 pub use node::Node;
 pub use registry::Registry;

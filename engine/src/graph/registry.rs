@@ -94,6 +94,14 @@ impl Registry {
 }
 
 impl Kind {
+    /// The JSON schema of its fields, with their documentation. `x-link` marks links with the type that they lead to,
+    /// `x-reader` says which kind of node reads such a type from a file, and `x-named` that the link's name is shown;
+    /// `x-file` marks files that are read or written; `x-parts` names the values in parentheses, and `x-what` what a
+    /// text holds.
+    pub fn schema(&self) -> &Json {
+        &self.schema
+    }
+
     /// A field's value as the text of a graph has it, where people leave the quotes away that their shell takes: texts,
     /// files, nodes and colours.
     pub fn written(&self, field: &str, value: &str) -> String {

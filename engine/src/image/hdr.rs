@@ -12,7 +12,7 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 
 use super::Coding;
-use super::file::Format;
+use super::format::Format;
 use super::raster::{Pixels, Started, fault, too_small};
 use crate::color::{Primaries, xyz_to_rec_709};
 use crate::error::{Error, Result};

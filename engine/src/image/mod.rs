@@ -3,11 +3,14 @@
 //! Colours are scene-linear with associated (premultiplied) alpha. Row 0 is the top. A picture knows the
 //! size of the whole, its *display window*, and may hold only a part of it, its *data window*.
 
+mod channel;
 mod coded;
 mod coding;
 mod exr;
 pub mod file;
+mod format;
 mod hdr;
+mod head;
 mod png;
 mod raster;
 mod samples;
@@ -20,15 +23,12 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 
+pub use channel::Channel;
+pub(crate) use channel::is_layer_of_light;
 pub use coded::{Coded, Codes, Layout};
 pub use coding::Coding;
 pub use exr::Attributes;
 pub use samples::{FromFile, Samples};
-
-/// Whether a layer is what a light adds to the colour, or the rest: they sum to the colour.
-pub fn is_layer_of_light(layer: &str) -> bool {
-    layer == "rest" || (layer.starts_with("light_") && layer != "light_error")
-}
 
 /// A rectangle of pixels: left, top, width, height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]

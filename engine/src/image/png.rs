@@ -6,7 +6,7 @@ use png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, Limits, Transfor
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-use super::file::{Format, largest};
+use super::format::{Format, largest};
 use super::raster::{Pixels, Started, too_small};
 use super::{Codes, Coding, Image, Layout};
 use crate::color::{Primaries, encode_srgb};

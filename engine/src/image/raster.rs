@@ -7,7 +7,8 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::file::{Format, Head, check_largest, largest};
+use super::format::{Format, check_largest, largest};
+use super::head::Head;
 use super::texels::{Samples, Texels};
 use super::{Coded, Codes, Coding, Layout, hdr, png, tiff};
 use crate::error::{Error, Result};
@@ -35,7 +36,7 @@ pub(super) enum Pixels {
 }
 
 /// A picture that is decoded, and what is to be known of it.
-pub(super) struct Raster {
+pub(super) struct DecodedRaster {
     pub(super) texels: Texels,
     pub(super) notes: Vec<String>,
 }
@@ -92,7 +93,12 @@ fn is_turned(orientation: Orientation) -> bool {
 }
 
 /// Decodes a picture. What is raw has its own pixels, whatever its file says of their colour or of how they are held.
-pub(super) fn decode(path: &Path, bytes: &[u8], format: Format, is_raw: bool) -> Result<Raster> {
+pub(super) fn decode(
+    path: &Path,
+    bytes: &[u8],
+    format: Format,
+    is_raw: bool,
+) -> Result<DecodedRaster> {
     let started = start(path, bytes, format)?;
     let [width, height] = [started.size.0, started.size.1].map(u64::from);
     let takes = (width * height).saturating_mul(started.pixel);
@@ -115,7 +121,7 @@ pub(super) fn decode(path: &Path, bytes: &[u8], format: Format, is_raw: bool) ->
         }
         Pixels::Linear(pixels) => Texels { size, samples: Samples::Linear(pixels) },
     };
-    Ok(Raster { texels, notes })
+    Ok(DecodedRaster { texels, notes })
 }
 
 /// An error of the library that decodes a format.

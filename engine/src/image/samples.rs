@@ -19,12 +19,12 @@ pub enum Samples {
 /// Numbers as a file has them; made into floats when they are asked for, and then kept.
 #[derive(Clone, Debug)]
 pub struct FromFile {
-    kept: Kept,
+    kept: KeptSamples,
     floats: OnceLock<Arc<[f32]>>,
 }
 
 #[derive(Clone, Debug)]
-enum Kept {
+enum KeptSamples {
     Half(Arc<[f16]>),
     Float(Arc<[f32]>),
     /// Red, green, blue or alpha of coded pixels: 0 to 3.
@@ -34,20 +34,20 @@ enum Kept {
 impl Samples {
     /// Numbers of 16 bits, as a file has them.
     pub fn half(values: Vec<f16>) -> Samples {
-        Samples::kept(Kept::Half(values.into()))
+        Samples::kept(KeptSamples::Half(values.into()))
     }
 
     /// Numbers of 32 bits, as a file has them.
     pub fn exact(values: Vec<f32>) -> Samples {
-        Samples::kept(Kept::Float(values.into()))
+        Samples::kept(KeptSamples::Float(values.into()))
     }
 
     /// Red, green, blue or alpha of coded pixels, 0 to 3.
     pub fn of_coded(coded: &Arc<Coded>, channel: usize) -> Samples {
-        Samples::kept(Kept::Coded(coded.clone(), channel))
+        Samples::kept(KeptSamples::Coded(coded.clone(), channel))
     }
 
-    fn kept(kept: Kept) -> Samples {
+    fn kept(kept: KeptSamples) -> Samples {
         Samples::FromFile(FromFile { kept, floats: OnceLock::new() })
     }
 
@@ -57,9 +57,9 @@ impl Samples {
             Samples::Float(values) => values.len(),
             Samples::Id(values) => values.len(),
             Samples::FromFile(FromFile { kept, .. }) => match kept {
-                Kept::Half(values) => values.len(),
-                Kept::Float(values) => values.len(),
-                Kept::Coded(coded, _) => coded.area(),
+                KeptSamples::Half(values) => values.len(),
+                KeptSamples::Float(values) => values.len(),
+                KeptSamples::Coded(coded, _) => coded.area(),
             },
         }
     }
@@ -76,9 +76,9 @@ impl Samples {
             Samples::Float(values) => values.get(at).copied(),
             Samples::Id(_) => None,
             Samples::FromFile(FromFile { kept, .. }) => match kept {
-                Kept::Half(values) => values.get(at).map(|v| v.to_f32()),
-                Kept::Float(values) => values.get(at).copied(),
-                Kept::Coded(coded, channel) => {
+                KeptSamples::Half(values) => values.get(at).map(|v| v.to_f32()),
+                KeptSamples::Float(values) => values.get(at).copied(),
+                KeptSamples::Coded(coded, channel) => {
                     (at < coded.area()).then(|| coded.linear(at)[*channel])
                 }
             },
@@ -90,12 +90,12 @@ impl Samples {
         match self {
             Samples::Float(values) => Some(values),
             Samples::Id(_) => None,
-            Samples::FromFile(FromFile { kept: Kept::Float(values), .. }) => Some(values),
+            Samples::FromFile(FromFile { kept: KeptSamples::Float(values), .. }) => Some(values),
             Samples::FromFile(FromFile { kept, floats }) => {
                 Some(floats.get_or_init(|| match kept {
-                    Kept::Half(values) => values.iter().map(|v| v.to_f32()).collect(),
-                    Kept::Float(values) => values.clone(),
-                    Kept::Coded(coded, channel) => {
+                    KeptSamples::Half(values) => values.iter().map(|v| v.to_f32()).collect(),
+                    KeptSamples::Float(values) => values.clone(),
+                    KeptSamples::Coded(coded, channel) => {
                         (0..coded.area()).map(|at| coded.linear(at)[*channel]).collect()
                     }
                 }))
@@ -106,19 +106,19 @@ impl Samples {
     /// Numbers of 16 bits, if a file has them so.
     pub(super) fn halves(&self) -> Option<&[f16]> {
         match self {
-            Samples::FromFile(FromFile { kept: Kept::Half(values), .. }) => Some(values),
+            Samples::FromFile(FromFile { kept: KeptSamples::Half(values), .. }) => Some(values),
             _ => None,
         }
     }
 
     /// Whether a file has them as numbers of 32 bits.
     pub(super) fn is_exact(&self) -> bool {
-        matches!(self, Samples::FromFile(FromFile { kept: Kept::Float(_), .. }))
+        matches!(self, Samples::FromFile(FromFile { kept: KeptSamples::Float(_), .. }))
     }
 
     pub(super) fn coded(&self) -> Option<(&Arc<Coded>, usize)> {
         match self {
-            Samples::FromFile(FromFile { kept: Kept::Coded(coded, channel), .. }) => {
+            Samples::FromFile(FromFile { kept: KeptSamples::Coded(coded, channel), .. }) => {
                 Some((coded, *channel))
             }
             _ => None,
@@ -134,9 +134,9 @@ impl Samples {
             Samples::Float(all) => Samples::Float(each(all, places)),
             Samples::Id(all) => Samples::Id(each(all, places)),
             Samples::FromFile(FromFile { kept, .. }) => match kept {
-                Kept::Half(all) => Samples::half(each(all, places)),
-                Kept::Float(all) => Samples::exact(each(all, places)),
-                Kept::Coded(coded, channel) => Samples::Float(
+                KeptSamples::Half(all) => Samples::half(each(all, places)),
+                KeptSamples::Float(all) => Samples::exact(each(all, places)),
+                KeptSamples::Coded(coded, channel) => Samples::Float(
                     places
                         .iter()
                         .map(|at| at.map_or(0.0, |at| coded.linear(at)[*channel]))
@@ -169,9 +169,9 @@ impl Samples {
             Samples::Float(all) => Samples::Float(part(all, size, window)),
             Samples::Id(all) => Samples::Id(part(all, size, window)),
             Samples::FromFile(FromFile { kept, .. }) => match kept {
-                Kept::Half(all) => Samples::half(part(all, size, window)),
-                Kept::Float(all) => Samples::exact(part(all, size, window)),
-                Kept::Coded(coded, channel) => {
+                KeptSamples::Half(all) => Samples::half(part(all, size, window)),
+                KeptSamples::Float(all) => Samples::exact(part(all, size, window)),
+                KeptSamples::Coded(coded, channel) => {
                     let known = cut.iter().find(|(of, _)| *of == Arc::as_ptr(coded));
                     let own = known.map(|(_, own)| own.clone()).unwrap_or_else(|| {
                         let own = Arc::new(coded.cropped(window));
@@ -193,9 +193,9 @@ impl Samples {
                 let decoded = floats.get().map_or(0, |values| size_of_val(&**values));
                 decoded
                     + match kept {
-                        Kept::Half(values) => size_of_val(&**values),
-                        Kept::Float(values) => size_of_val(&**values),
-                        Kept::Coded(..) => 0,
+                        KeptSamples::Half(values) => size_of_val(&**values),
+                        KeptSamples::Float(values) => size_of_val(&**values),
+                        KeptSamples::Coded(..) => 0,
                     }
             }
         }

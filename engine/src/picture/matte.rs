@@ -15,7 +15,7 @@ use crate::polygon;
 /// not beyond the first is surely subject, what is beyond the second surely background, and what is between them
 /// is weighed by the colours around it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub enum Key {
+pub enum ColorKey {
     /// The background is brighter: luminance.
     Brighter(f32, f32),
     /// The background is darker: the first number is the greater one.
@@ -30,22 +30,23 @@ pub enum Key {
     Clean(f32, f32),
 }
 
-impl Key {
+impl ColorKey {
     /// Whether its numbers are in order.
     ///
     /// # Errors
     /// What is wrong.
     pub fn check(self) -> std::result::Result<(), String> {
         let is_sound = match self {
-            Key::Brighter(a, b) | Key::Bluer(a, b) => a < b,
-            Key::Darker(a, b) | Key::Clean(a, b) => a > b,
-            Key::Hue(_, width, amount) => width > 0.0 && width <= 180.0 && amount > 0.0,
+            ColorKey::Brighter(a, b) | ColorKey::Bluer(a, b) => a < b,
+            ColorKey::Darker(a, b) | ColorKey::Clean(a, b) => a > b,
+            ColorKey::Hue(_, width, amount) => width > 0.0 && width <= 180.0 && amount > 0.0,
         };
         let numbers = match self {
-            Key::Brighter(a, b) | Key::Bluer(a, b) | Key::Darker(a, b) | Key::Clean(a, b) => {
-                [a, b, 0.0]
-            }
-            Key::Hue(a, b, c) => [a, b, c],
+            ColorKey::Brighter(a, b)
+            | ColorKey::Bluer(a, b)
+            | ColorKey::Darker(a, b)
+            | ColorKey::Clean(a, b) => [a, b, 0.0],
+            ColorKey::Hue(a, b, c) => [a, b, c],
         };
         if is_sound && numbers.iter().all(|v| v.is_finite()) {
             return Ok(());
@@ -61,9 +62,9 @@ impl Key {
         let bright = encode_srgb(Color::new(pixel.x, pixel.y, pixel.z).luminance());
         let coded = pixel.to_array().map(encode_srgb);
         match self {
-            Key::Brighter(from, to) | Key::Darker(from, to) => between(bright, from, to),
-            Key::Bluer(from, to) => between(coded[2] - (coded[0] + coded[1]) / 2.0, from, to),
-            Key::Hue(hue, width, amount) => {
+            ColorKey::Brighter(from, to) | ColorKey::Darker(from, to) => between(bright, from, to),
+            ColorKey::Bluer(from, to) => between(coded[2] - (coded[0] + coded[1]) / 2.0, from, to),
+            ColorKey::Hue(hue, width, amount) => {
                 let most = coded.into_iter().fold(0.0, f32::max);
                 let range = most - coded.into_iter().fold(1.0, f32::min);
                 let [r, g, b] = coded;
@@ -77,7 +78,7 @@ impl Key {
                 let near = between(off.abs(), width, width / 2.0);
                 near.min(between(range, amount / 2.0, amount))
             }
-            Key::Clean(from, to) => match clean {
+            ColorKey::Clean(from, to) => match clean {
                 Some(clean) => {
                     let clean = clean.to_array().map(encode_srgb);
                     let off = coded.iter().zip(clean).map(|(a, b)| (a - b).abs());
@@ -93,7 +94,7 @@ impl Key {
 #[derive(Clone, Debug, Default)]
 pub struct Matte {
     /// What all say of the background counts; at least one.
-    pub keys: Vec<Key>,
+    pub keys: Vec<ColorKey>,
     /// A polygon around the subject, in shares of the picture's width and height from the top left: all outside
     /// is background. Empty: there is none.
     pub garbage: Vec<(f64, f64)>,
@@ -125,7 +126,7 @@ impl Matte {
     /// # Errors
     /// If a clean plate is needed and not given, or has another size.
     pub fn pull(&self, image: &Image, clean: Option<&Image>) -> Result<Pulled> {
-        if clean.is_none() && self.keys.iter().any(|key| matches!(key, Key::Clean(..))) {
+        if clean.is_none() && self.keys.iter().any(|key| matches!(key, ColorKey::Clean(..))) {
             return Err(Error::invalid("a Clean key needs a clean plate: name one in `clean`"));
         }
         if let Some(clean) = clean

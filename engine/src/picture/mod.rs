@@ -14,7 +14,7 @@ mod reformat;
 pub use blur::blur;
 pub use composite::{Operator, composite};
 pub use grade::Grade;
-pub use matte::{Key, Matte, Pulled};
+pub use matte::{ColorKey, Matte, Pulled};
 pub use quantize::{Dither, Palette, Segments, quantize, segment};
 pub use reformat::Reformat;
 

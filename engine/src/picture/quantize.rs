@@ -221,6 +221,7 @@ pub fn segment(image: &Image, segments: &Segments) -> Result<Image> {
     let coded = |index: &u8| decode_srgb(f32::from(*index) / 255.0);
     let values: Vec<f32> = indices.iter().map(coded).collect();
     let mut made = Image::new(image.size, image.window);
+    made.attributes.clone_from(&image.attributes);
     made.insert("A", Samples::Float(vec![1.0; values.len()]))?;
     for name in ["R", "G"] {
         made.insert(name, Samples::Float(values.clone()))?;

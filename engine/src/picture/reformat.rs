@@ -1,5 +1,6 @@
-use glam::DVec2;
+use glam::{DAffine2, DMat2, DVec2};
 use rayon::prelude::*;
+use std::sync::Arc;
 
 use super::{Lights, NAMES, finite};
 use crate::error::{Error, Result};
@@ -7,7 +8,7 @@ use crate::image::texels::{Samples as Texture, Texels};
 use crate::image::{Image, Samples, Window};
 use crate::key::Key;
 use crate::math;
-use crate::texture::{Filter, Footprint, Meaning, Source, Store, Wrap};
+use crate::texture::{Footprint, Meaning, PictureSource, Store, TextureFilter, Wrap};
 use crate::watch::Watch;
 
 /// A picture laid into another size: a part of it, moved, scaled and turned.
@@ -26,7 +27,7 @@ pub struct Reformat {
     /// Turned clockwise about the middle, in radians.
     pub turn: f64,
     /// How it is filtered.
-    pub filter: Filter,
+    pub filter: TextureFilter,
 }
 
 /// The most pixels of a picture.
@@ -78,7 +79,6 @@ impl Reformat {
         let image = image.whole();
         let mut made = Image::new(self.size, Window::whole(width, height));
         made.names.clone_from(&image.names);
-        made.attributes.clone_from(&image.attributes);
         let mut put = |names: [String; 4], count: usize, pixels: &[[f32; 4]]| -> Result<()> {
             for (k, name) in names.iter().enumerate().take(count) {
                 let values = pixels.iter().map(|pixel| finite(pixel[k])).collect();
@@ -95,6 +95,15 @@ impl Reformat {
             put(NAMES.map(|axis| format!("{name}.{axis}")), 3, &self.filtered(texels)?)?;
         }
         let place = self.place(image.size);
+        if let Some(attributes) = &image.attributes {
+            let start = place(0.0, 0.0);
+            let along = DMat2::from_cols(
+                place(f64::from(width), 0.0) - start,
+                place(0.0, f64::from(height)) - start,
+            );
+            let from_new = DAffine2 { matrix2: along, translation: start };
+            made.attributes = Some(Arc::new(attributes.reframed(from_new.inverse())));
+        }
         let places: Vec<Option<usize>> = (0..width as usize * height as usize)
             .map(|at| {
                 let (x, y) = (at % width as usize, at / width as usize);
@@ -142,8 +151,11 @@ impl Reformat {
             let texels = once.lock().ok().and_then(|mut once| once.take());
             texels.ok_or_else(|| Error::invalid("the picture is gone"))
         };
-        let source =
-            Source { key: Key::of("reformat"), meaning: Meaning::Color, read: Box::new(read) };
+        let source = PictureSource {
+            key: Key::of("reformat"),
+            meaning: Meaning::Color,
+            read: Box::new(read),
+        };
         let store = Store::new(usize::MAX);
         let watch = Watch::current();
         // The levels are made before rows share them.

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use crate::camera::{Plane, View};
 use crate::color::Color;
 use crate::error::{Error, FirstError, Result};
-use crate::fragment::{Batch, Columns, FAR, Fragments, Sight, Surfaces, beyond, stack};
+use crate::fragment::{Batch, Columns, FAR, Fragments, Provenance, Sight, Surfaces, beyond, stack};
 use crate::image::{Image, Samples, Window};
 use crate::key::Key;
 use crate::light::seen::SeenSky;
@@ -23,7 +23,7 @@ use crate::raster::{LinePlan, Rows};
 use crate::span::{
     self, Candidates, FaceHead, FaceId, FaceTableBuilder, LineRenderer, Role, SpanImage,
 };
-use crate::texture::{Footprint, Opened, Source, Wrap, store};
+use crate::texture::{Footprint, Opened, PictureSource, Wrap, store};
 use crate::watch::Watch;
 
 /// What a backdrop shows.
@@ -33,25 +33,25 @@ pub enum Show {
     Gradient(Vec<(f64, Color)>),
     /// A sky, and suns.
     Sky(SeenSky),
-    /// A picture that lies as its [`By`] says.
+    /// A picture that lies as its [`PictureFit`] says.
     Picture(Photograph),
 }
 
 /// A picture that a backdrop shows.
 #[derive(Debug)]
 pub struct Photograph {
-    source: Source,
+    source: PictureSource,
     size: DVec2,
     is_opaque: bool,
     /// How it lies.
-    pub by: By,
+    pub by: PictureFit,
     /// By how many degrees a panorama is turned clockwise, seen from above.
     pub turn: f64,
 }
 
 /// How a picture lies behind a scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum By {
+pub enum PictureFit {
     /// It fills the view; what does not fit is cut off.
     #[default]
     Fill,
@@ -68,15 +68,15 @@ impl Photograph {
     ///
     /// # Errors
     /// If it is empty, not whole, or has no colour.
-    pub fn new(image: &Arc<Image>, by: By, turn: f64) -> Result<Photograph> {
+    pub fn new(image: &Arc<Image>, by: PictureFit, turn: f64) -> Result<Photograph> {
         let (width, height) = image.size;
-        if by == By::Direction && width != 2 * height {
+        if by == PictureFit::Direction && width != 2 * height {
             return Err(Error::invalid(format!(
                 "the picture has {width} x {height} pixels: one that lies by Direction is twice as wide as \
                  high"
             )));
         }
-        let (source, is_opaque) = Source::of(image)?;
+        let (source, is_opaque) = PictureSource::of(image)?;
         let size = DVec2::new(f64::from(width), f64::from(height));
         Ok(Photograph { source, size, is_opaque, by, turn: turn.to_radians() })
     }
@@ -88,9 +88,9 @@ impl Photograph {
 
     fn wrap(&self) -> [Wrap; 2] {
         match self.by {
-            By::Direction => [Wrap::Repeat, Wrap::Clamp],
-            By::Whole => [Wrap::Nothing; 2],
-            By::Fill | By::Stretch => [Wrap::Clamp; 2],
+            PictureFit::Direction => [Wrap::Repeat, Wrap::Clamp],
+            PictureFit::Whole => [Wrap::Nothing; 2],
+            PictureFit::Fill | PictureFit::Stretch => [Wrap::Clamp; 2],
         }
     }
 
@@ -99,18 +99,18 @@ impl Photograph {
         let [left, top, right, bottom] = view.window();
         let ratio = (right - left) / (bottom - top) / (self.size.x / self.size.y);
         let (wide, high) = match self.by {
-            By::Fill if ratio > 1.0 => (1.0, 1.0 / ratio),
-            By::Fill => (ratio, 1.0),
-            By::Whole if ratio > 1.0 => (ratio, 1.0),
-            By::Whole => (1.0, 1.0 / ratio),
-            By::Stretch | By::Direction => (1.0, 1.0),
+            PictureFit::Fill if ratio > 1.0 => (1.0, 1.0 / ratio),
+            PictureFit::Fill => (ratio, 1.0),
+            PictureFit::Whole if ratio > 1.0 => (ratio, 1.0),
+            PictureFit::Whole => (1.0, 1.0 / ratio),
+            PictureFit::Stretch | PictureFit::Direction => (1.0, 1.0),
         };
         DVec2::new(wide, high)
     }
 
     /// What a fragment covers of it.
     fn footprint(&self, fragments: &Fragments<'_>, i: usize) -> Footprint {
-        if self.by == By::Direction {
+        if self.by == PictureFit::Direction {
             let (along, steps) = directions(fragments, i);
             let place = |way: DVec3| {
                 let u = (math::atan2(way.x, -way.z) - self.turn) / TAU + 0.5;
@@ -196,7 +196,7 @@ impl Backdrop {
 
     fn is_opaque(&self) -> bool {
         match &self.show {
-            Show::Picture(picture) => picture.is_opaque && picture.by != By::Whole,
+            Show::Picture(picture) => picture.is_opaque && picture.by != PictureFit::Whole,
             Show::Gradient(_) | Show::Sky(..) => true,
         }
     }
@@ -235,10 +235,6 @@ impl Surfaces for Backdrop {
         String::new()
     }
 
-    fn names(&self) -> Option<[Vec<String>; 2]> {
-        Some([vec![String::new()], Vec::new()])
-    }
-
     fn beyond(&self) -> Option<(u32, f64)> {
         Some((0, self.distance))
     }
@@ -246,11 +242,21 @@ impl Surfaces for Backdrop {
     fn fault(&self) -> Option<Error> {
         self.fault.take()
     }
+
+    fn provenance(&self) -> Option<&dyn Provenance> {
+        Some(self)
+    }
+}
+
+impl Provenance for Backdrop {
+    fn names(&self) -> Option<[Vec<String>; 2]> {
+        Some([vec![String::new()], Vec::new()])
+    }
 }
 
 /// Where and how a backdrop stands.
 #[derive(Clone, Debug)]
-pub struct Stand {
+pub struct BackgroundOptions {
     /// What it is called.
     pub label: String,
     /// What is shown, whatever is told apart by it.
@@ -267,7 +273,7 @@ pub struct Stand {
 /// If the distance is not above 0 (of a parallel view: not finite).
 pub fn image(
     show: Show,
-    stand: Stand,
+    stand: BackgroundOptions,
     view: &View,
     plan: LinePlan,
     rows: Rows,

@@ -11,7 +11,7 @@ use std::sync::{Arc, OnceLock};
 use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, FirstError, Result};
-use crate::fragment::{Columns, Fragments, Meeting, Surfaces};
+use crate::fragment::{Columns, Fragments, Meeting, Provenance, RayTarget, Surfaces};
 use crate::image::texels::Texels;
 use crate::image::{Coded, Codes, Coding, Image, Layout};
 use crate::key::KeyHasher;
@@ -21,7 +21,7 @@ use crate::raster::{LinePlan, Rows};
 use crate::render::scanline::{self, Cluster};
 use crate::scene::{AlphaMode, Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides};
 use crate::span::SpanImage;
-use crate::texture::{Footprint, Level, Meaning, Opened, Source, Wrap, pyramid, store};
+use crate::texture::{Footprint, Level, Meaning, Opened, PictureSource, Wrap, pyramid, store};
 use crate::trace::{Card, Casters, CastersBuilder, Toward, Turned};
 
 /// What is less than this hides nothing: noise of a matte has no size.
@@ -30,7 +30,7 @@ const LEAST_ALPHA: f32 = 0.05;
 /// A cut-out picture, and where its subject is.
 #[derive(Debug)]
 pub struct Subject {
-    source: Source,
+    source: PictureSource,
     /// Columns over rows.
     aspect: f64,
     /// Its least and greatest place in the picture, u to the right and v upwards.
@@ -66,7 +66,7 @@ impl Subject {
     /// # Errors
     /// If nothing is in the picture.
     pub fn new(image: &Arc<Image>) -> Result<Subject> {
-        let (source, is_opaque) = Source::of(image)?;
+        let (source, is_opaque) = PictureSource::of(image)?;
         let image = image.whole();
         let (width, height) = image.size;
         let (mut low, mut high) = ((u32::MAX, u32::MAX), (0, 0));
@@ -141,7 +141,7 @@ pub struct Tree {
 
 /// How trees are shown.
 #[derive(Clone, Debug)]
-pub struct Stand {
+pub struct BillboardsOptions {
     /// What they are called.
     pub label: String,
     /// What the photographs' colours are multiplied by.
@@ -155,7 +155,7 @@ struct Billboards {
     subjects: Vec<Subject>,
     trees: Vec<Tree>,
     cards: Vec<Card>,
-    stand: Stand,
+    stand: BillboardsOptions,
     casters: OnceLock<Casters>,
     fault: FirstError,
 }
@@ -167,7 +167,7 @@ struct Billboards {
 pub fn image(
     subjects: Vec<Subject>,
     trees: Vec<Tree>,
-    stand: Stand,
+    stand: BillboardsOptions,
     view: &View,
     plan: LinePlan,
     rows: Rows,
@@ -287,7 +287,25 @@ impl Surfaces for Billboards {
         Columns::COLOR
     }
 
-    fn casters(&self) -> Option<&Casters> {
+    fn object(&self, ordinal: u32) -> String {
+        format!("{}/{ordinal}", self.trees[ordinal as usize].picture)
+    }
+
+    fn fault(&self) -> Option<Error> {
+        self.fault.take()
+    }
+
+    fn rays(&self) -> Option<&dyn RayTarget> {
+        Some(self)
+    }
+
+    fn provenance(&self) -> Option<&dyn Provenance> {
+        Some(self)
+    }
+}
+
+impl RayTarget for Billboards {
+    fn casters(&self) -> &Casters {
         let make = || {
             let mut builder = CastersBuilder::default();
             for (number, card) in self.cards.iter().enumerate() {
@@ -295,18 +313,14 @@ impl Surfaces for Billboards {
             }
             builder.finish()
         };
-        Some(self.casters.get_or_init(make))
-    }
-
-    fn casts(&self) -> bool {
-        true
+        self.casters.get_or_init(make)
     }
 
     fn card(&self, ordinal: u32) -> Option<Card> {
         Some(self.cards[ordinal as usize])
     }
 
-    fn alpha_at(&self, _: &View, met: &Meeting) -> f32 {
+    fn alpha_at(&self, met: &Meeting) -> Option<f32> {
         let number = met.ordinal as usize;
         let (tree, card) = (&self.trees[number], &self.cards[number]);
         let subject = &self.subjects[tree.picture as usize];
@@ -318,19 +332,13 @@ impl Surfaces for Billboards {
         let first = &subject.alphas[0];
         let texels = f64::from(met.width) / scale * f64::from(first.height);
         let level = if texels > 1.0 { math::log2(texels).round() as usize } else { 0 };
-        alpha_of(&subject.alphas[level.min(subject.alphas.len() - 1)], place)
+        Some(alpha_of(&subject.alphas[level.min(subject.alphas.len() - 1)], place))
     }
+}
 
-    fn object(&self, ordinal: u32) -> String {
-        format!("{}/{ordinal}", self.trees[ordinal as usize].picture)
-    }
-
+impl Provenance for Billboards {
     fn names(&self) -> Option<[Vec<String>; 2]> {
         Some([(0..self.trees.len() as u32).map(|at| self.object(at)).collect(), Vec::new()])
-    }
-
-    fn fault(&self) -> Option<Error> {
-        self.fault.take()
     }
 }
 

@@ -1,5 +1,5 @@
 //! Renderers: programs that make span images. What is seen of each, and how images meet, is the same for
-//! all ([`crate::span`]); each is tuned to its kind of object, as \[N] wants it.
+//! all; each is tuned to its kind of object, as \[N] wants it.
 //!
 //! | renderer | renders | paper |
 //! |---|---|---|

@@ -7,12 +7,12 @@
 
 use super::boundary::Boundaries;
 use super::doubt::Doubt;
-use super::filter::{Filter, Kernel};
-use super::rule::{Framing, Rule, Share, shares};
+use super::filter::{Kernel, PixelFilter};
+use super::rule::{Framing, LineShare, Rule, shares};
 use super::stacks::Stacks;
 use super::strip::Strip;
 use crate::span::{FaceId, SpanImage};
-use crate::visible::probe::Index;
+use crate::visible::probe::FaceIndex;
 
 /// A face's share of some pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,13 +41,13 @@ pub struct Coverage<'a> {
     boundaries: Boundaries<'a>,
     stacks: Stacks<'a>,
     strips: Vec<Strip>,
-    reach: Reach,
+    reach: PixelReach,
     masses: Masses,
     doubt: Option<Doubt<'a>>,
 }
 
 /// How far a pixel reaches, and how it weighs what it reaches.
-struct Reach {
+struct PixelReach {
     /// The height of a row of the picture, in pixels of the raster.
     height: f64,
     /// Beyond its sides, in pixels.
@@ -66,14 +66,14 @@ impl<'a> Coverage<'a> {
         image: &'a SpanImage,
         rule: Rule,
         framing: &'a Framing,
-        index: Option<&'a Index>,
+        index: Option<&'a FaceIndex>,
     ) -> Coverage<'a> {
         let (boundaries, stacks) = (Boundaries::new(image), Stacks::new(image));
         let filter = framing.filter;
-        let reach = Reach {
+        let reach = PixelReach {
             height: 1.0 / framing.scale.y,
             beyond: filter.radius() - 0.5,
-            kernel: (filter != Filter::Box).then(|| filter.kernel()),
+            kernel: (filter != PixelFilter::Box).then(|| filter.kernel()),
         };
         let tolerance = rule.tolerance().zip(index);
         let doubt =
@@ -176,7 +176,7 @@ impl<'a> Coverage<'a> {
     }
 
     /// Places the boundaries of a share's line in the picture.
-    fn fill(&mut self, i: usize, share: &Share) {
+    fn fill(&mut self, i: usize, share: &LineShare) {
         let Coverage { image, rule, framing, boundaries, stacks, strips, .. } = self;
         let strip = &mut strips[i];
         let Some(k) = share.line else {
@@ -224,14 +224,14 @@ impl<'a> Coverage<'a> {
 
 /// What is above and below a row, to compare with; it weighs nothing. That is the next line; or more of
 /// the row's own, if the row cuts its strip; or the same line gone on, where the raster ends.
-fn beside(shares: &[Share], lines: u32) -> [Option<Share>; 2] {
-    let share = |k, strip| Some(Share { line: Some(k), weight: 0.0, strip });
-    let above = |first: &Share| match (first.line?, first.strip.0) {
+fn beside(shares: &[LineShare], lines: u32) -> [Option<LineShare>; 2] {
+    let share = |k, strip| Some(LineShare { line: Some(k), weight: 0.0, strip });
+    let above = |first: &LineShare| match (first.line?, first.strip.0) {
         (k, from) if from > 0.0 => share(k, (0.0, from)),
         (0, _) => share(0, (-1.0, 0.0)),
         (k, _) => share(k - 1, (0.0, 1.0)),
     };
-    let below = |last: &Share| match (last.line?, last.strip.1) {
+    let below = |last: &LineShare| match (last.line?, last.strip.1) {
         (k, to) if to < 1.0 => share(k, (to, 1.0)),
         (k, _) if k + 1 == lines => share(k, (1.0, 2.0)),
         (k, _) => share(k + 1, (0.0, 1.0)),
@@ -239,7 +239,7 @@ fn beside(shares: &[Share], lines: u32) -> [Option<Share>; 2] {
     [shares.first().and_then(above), shares.last().and_then(below)]
 }
 
-impl Reach {
+impl PixelReach {
     /// Adds up the strips of one pixel.
     fn add_pixel(&self, strips: &[Strip], pixel: u32, masses: &mut Masses, out: &mut Vec<Cover>) {
         let (first, width) = (out.len(), 1.0 + 2.0 * self.beyond);

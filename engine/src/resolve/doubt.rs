@@ -7,26 +7,26 @@
 //! all leave such a gap; an edge that goes on leaves none. What lies between two lines unseen leaves
 //! none either; where the image can be probed, the faces that no line meets are looked up and counted.
 
-use super::refine::{Divided, Refiner};
+use super::refine::{DividedPixel, Refiner};
 use super::rule::Framing;
 use super::stacks::Stacks;
 use super::strip::Strip;
 use super::unseen;
 use crate::span::SpanImage;
-use crate::visible::probe::Index;
+use crate::visible::probe::FaceIndex;
 
 /// Examines rows of pixels.
 pub(super) struct Doubt<'a> {
     image: &'a SpanImage,
     framing: &'a Framing,
     errors: Vec<f32>,
-    divided: Vec<Divided>,
+    divided: Vec<DividedPixel>,
     refines: Option<Refines<'a>>,
 }
 
 struct Refines<'a> {
     refiner: Refiner<'a>,
-    index: &'a Index,
+    index: &'a FaceIndex,
     tolerance: f64,
 }
 
@@ -39,7 +39,7 @@ impl<'a> Doubt<'a> {
     /// Estimates errors, and divides pixels that may be off by more than `tolerance`.
     pub(super) fn new(
         image: &'a SpanImage,
-        index: &'a Index,
+        index: &'a FaceIndex,
         framing: &'a Framing,
         tolerance: f64,
     ) -> Doubt<'a> {
@@ -54,7 +54,7 @@ impl<'a> Doubt<'a> {
     }
 
     /// The pixels of the last row that were divided, from left to right.
-    pub(super) fn divided(&self) -> &[Divided] {
+    pub(super) fn divided(&self) -> &[DividedPixel] {
         &self.divided
     }
 
@@ -70,7 +70,7 @@ impl<'a> Doubt<'a> {
         self.disagreements(strips, &mut beside);
         self.divided.clear();
         let Some(refines) = &mut self.refines else { return };
-        let row_of_pixels = unseen::Row::new(self.image, self.framing, row, strips, stacks);
+        let row_of_pixels = unseen::PixelRow::new(self.image, self.framing, row, strips, stacks);
         let mut events = row_of_pixels.events(refines.index, refines.tolerance, &mut self.errors);
         events.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         let mut events = events.into_iter().peekable();

@@ -15,7 +15,7 @@ use crate::math;
 /// A pixel filter. Weights sum to 1; those of `Mitchell` and `Lanczos` are negative in places, so that
 /// edges overshoot a little and look sharper.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-pub enum Filter {
+pub enum PixelFilter {
     /// The mean over the pixel: radius 1/2. The papers' own.
     #[default]
     Box,
@@ -29,15 +29,15 @@ pub enum Filter {
     Lanczos,
 }
 
-impl Filter {
+impl PixelFilter {
     /// How far it reaches from a pixel's centre, in pixels of the picture.
     pub fn radius(self) -> f64 {
         match self {
-            Filter::Box => 0.5,
-            Filter::Tent => 1.0,
-            Filter::Gaussian => 1.5,
-            Filter::Mitchell => 2.0,
-            Filter::Lanczos => 3.0,
+            PixelFilter::Box => 0.5,
+            PixelFilter::Tent => 1.0,
+            PixelFilter::Gaussian => 1.5,
+            PixelFilter::Mitchell => 2.0,
+            PixelFilter::Lanczos => 3.0,
         }
     }
 
@@ -48,23 +48,23 @@ impl Filter {
             return 0.0;
         }
         match self {
-            Filter::Box => 1.0,
-            Filter::Tent => 1.0 - t,
-            Filter::Gaussian => math::exp(-2.0 * t * t) - math::exp(-2.0 * 1.5 * 1.5),
-            Filter::Mitchell if t < 1.0 => (7.0 * t - 12.0) * t * t + 16.0 / 3.0,
-            Filter::Mitchell => ((-7.0 / 3.0 * t + 12.0) * t - 20.0) * t + 32.0 / 3.0,
-            Filter::Lanczos => sinc(t) * sinc(t / 3.0),
+            PixelFilter::Box => 1.0,
+            PixelFilter::Tent => 1.0 - t,
+            PixelFilter::Gaussian => math::exp(-2.0 * t * t) - math::exp(-2.0 * 1.5 * 1.5),
+            PixelFilter::Mitchell if t < 1.0 => (7.0 * t - 12.0) * t * t + 16.0 / 3.0,
+            PixelFilter::Mitchell => ((-7.0 / 3.0 * t + 12.0) * t - 20.0) * t + 32.0 / 3.0,
+            PixelFilter::Lanczos => sinc(t) * sinc(t / 3.0),
         }
     }
 
     /// Its integrals.
     pub(super) fn kernel(self) -> &'static Kernel {
         static KERNELS: [LazyLock<Kernel>; 5] = [
-            LazyLock::new(|| Kernel::new(Filter::Box)),
-            LazyLock::new(|| Kernel::new(Filter::Tent)),
-            LazyLock::new(|| Kernel::new(Filter::Gaussian)),
-            LazyLock::new(|| Kernel::new(Filter::Mitchell)),
-            LazyLock::new(|| Kernel::new(Filter::Lanczos)),
+            LazyLock::new(|| Kernel::new(PixelFilter::Box)),
+            LazyLock::new(|| Kernel::new(PixelFilter::Tent)),
+            LazyLock::new(|| Kernel::new(PixelFilter::Gaussian)),
+            LazyLock::new(|| Kernel::new(PixelFilter::Mitchell)),
+            LazyLock::new(|| Kernel::new(PixelFilter::Lanczos)),
         ];
         &KERNELS[self as usize]
     }
@@ -89,7 +89,7 @@ pub(super) struct Kernel {
 }
 
 impl Kernel {
-    fn new(filter: Filter) -> Kernel {
+    fn new(filter: PixelFilter) -> Kernel {
         let radius = filter.radius();
         let step = 2.0 * radius / INTERVALS as f64;
         let at = |i: f64| filter.value(i * step - radius);
@@ -153,13 +153,18 @@ impl Kernel {
 mod tests {
     use super::*;
 
-    const ALL: [Filter; 5] =
-        [Filter::Box, Filter::Tent, Filter::Gaussian, Filter::Mitchell, Filter::Lanczos];
+    const ALL: [PixelFilter; 5] = [
+        PixelFilter::Box,
+        PixelFilter::Tent,
+        PixelFilter::Gaussian,
+        PixelFilter::Mitchell,
+        PixelFilter::Lanczos,
+    ];
 
     #[test]
     fn integrals_are_those_of_closed_forms() {
-        let tent = Filter::Tent.kernel();
-        let mitchell = Filter::Mitchell.kernel();
+        let tent = PixelFilter::Tent.kernel();
+        let mitchell = PixelFilter::Mitchell.kernel();
         // The cubic's antiderivative, times 1/6, from its centre on.
         let cubic = |t: f64| {
             let inner = |t: f64| 7.0 / 4.0 * t.powi(4) - 4.0 * t.powi(3) + 16.0 / 3.0 * t;
@@ -176,10 +181,10 @@ mod tests {
             assert!((mitchell.left_of(t) - (0.5 + cubic(t))).abs() < 1e-10, "{t}");
         }
         // Lanczos has none: the share of its first lobe by plain quadrature.
-        let lobe = 2.0 * Filter::Lanczos.kernel().left_of(1.0) - 1.0;
+        let lobe = 2.0 * PixelFilter::Lanczos.kernel().left_of(1.0) - 1.0;
         let quadrature: f64 = {
             let n = 200_000;
-            let at = |i: i32| Filter::Lanczos.value(f64::from(i) / f64::from(n) * 3.0);
+            let at = |i: i32| PixelFilter::Lanczos.value(f64::from(i) / f64::from(n) * 3.0);
             let sum = |to: i32| (0..to).map(|i| at(i) + at(i + 1)).sum::<f64>();
             sum(n / 3) / sum(n)
         };

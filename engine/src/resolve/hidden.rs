@@ -36,11 +36,11 @@ pub(super) struct Hidden<'a> {
     /// The row at hand.
     row: u32,
     /// What was looked through for it: the rows in which its lines lie.
-    looked: Vec<Looked>,
+    looked: Vec<RowSearch>,
 }
 
 /// What is not seen in a row.
-struct Looked {
+struct RowSearch {
     row: i64,
     /// By pixel, the faces that are not seen in it, in their order.
     unseen: Vec<Vec<FaceId>>,
@@ -48,7 +48,7 @@ struct Looked {
 
 /// A face in a pixel.
 #[derive(Clone, Copy)]
-struct Entry {
+struct HiddenFace {
     column: u32,
     face: FaceId,
     /// The least and the greatest depth rho of it there.
@@ -122,7 +122,7 @@ impl<'a> Hidden<'a> {
             let lines: Vec<u32> = of_row.iter().map(|(_, k)| *k).collect();
             let unseen = self.unseen(of_row[0].0, &lines);
             if unseen.iter().any(|faces| !faces.is_empty()) {
-                self.looked.push(Looked { row: of_row[0].0, unseen });
+                self.looked.push(RowSearch { row: of_row[0].0, unseen });
             }
         }
     }
@@ -162,7 +162,7 @@ impl<'a> Hidden<'a> {
     }
 
     /// The faces of layers in the pixels of a row, by pixel.
-    fn entries(&self, lines: &[u32]) -> Vec<Entry> {
+    fn entries(&self, lines: &[u32]) -> Vec<HiddenFace> {
         let Hidden { image, borders, .. } = self;
         let raster = image.view().raster();
         let half = 0.5 / f64::from(image.plan().per_row);
@@ -186,7 +186,7 @@ impl<'a> Hidden<'a> {
                     let (least, most) = plane.range(x, [y - half, y + half]);
                     let whole = u32::from(*start <= left && *end >= right);
                     let column = column as u32;
-                    entries.push(Entry { column, face: *face, least, most, whole });
+                    entries.push(HiddenFace { column, face: *face, least, most, whole });
                 }
             }
         }
@@ -204,7 +204,13 @@ impl<'a> Hidden<'a> {
     }
 
     /// Asks the next face of each pixel that is not done how much it hides. False if all are done.
-    fn ask(&self, row: i64, lines: u32, entries: &[Entry], columns: &mut [(u32, Column)]) -> bool {
+    fn ask(
+        &self,
+        row: i64,
+        lines: u32,
+        entries: &[HiddenFace],
+        columns: &mut [(u32, Column)],
+    ) -> bool {
         let Hidden { image, framing, .. } = self;
         let mut batches: Vec<(Fragments<'_>, Vec<usize>)> = Vec::new();
         batches.resize_with(image.sources().len(), || (Fragments::new(image.view()), Vec::new()));
@@ -259,7 +265,7 @@ impl<'a> Hidden<'a> {
     /// The segments of a line at `y` of the row at hand, or pieces of them, that are seen. Appends to `out`.
     pub(super) fn seen(&self, y: f64, segments: &[Segment], out: &mut Vec<Segment>) {
         let row = self.row_of(y);
-        let Some(Looked { unseen, .. }) = self.looked.iter().find(|looked| looked.row == row)
+        let Some(RowSearch { unseen, .. }) = self.looked.iter().find(|looked| looked.row == row)
         else {
             out.extend_from_slice(segments);
             return;

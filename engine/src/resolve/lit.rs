@@ -7,9 +7,9 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::hidden::Hidden;
-use super::rule::{Framing, Rule, Share, shares};
+use super::rule::{Framing, LineShare, Rule, shares};
 use super::strip::left_of;
-use crate::fragment::{Casting, Piece, World};
+use crate::fragment::{Casting, LinePiece, World};
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::shadow::{self, Dark, Patches};
@@ -36,7 +36,7 @@ pub(super) struct Spot {
 }
 
 /// The shadows of the rows of a band, light by light.
-pub(super) struct Shadows<'a> {
+pub(super) struct BandShadows<'a> {
     image: &'a SpanImage,
     rule: Rule,
     framing: &'a Framing,
@@ -46,41 +46,41 @@ pub(super) struct Shadows<'a> {
     reach: u32,
     /// The columns of which shadows are known: those that are computed, and what may count for them.
     columns: Range<u32>,
-    rows: RefCell<HashMap<(Key, u32), Arc<Row>>>,
+    rows: RefCell<HashMap<(Key, u32), Arc<ShadowRow>>>,
     watch: Watch,
 }
 
 /// The shadows of a row of the picture.
 #[derive(Default)]
-struct Row {
-    shares: Vec<Share>,
+struct ShadowRow {
+    shares: Vec<LineShare>,
     /// What of a pixel is dark on a face, by column and face.
-    dark: Vec<Part>,
+    dark: Vec<LitPart>,
     /// Where the parts of each column begin, and the end.
     columns: Vec<u32>,
 }
 
 /// A part of a pixel, on a face.
 #[derive(Clone, Copy)]
-struct Part {
+struct LitPart {
     column: u32,
     face: FaceId,
     dark: f32,
 }
 
-impl<'a> Shadows<'a> {
+impl<'a> BandShadows<'a> {
     pub(super) fn new(
         image: &'a SpanImage,
         rule: Rule,
         framing: &'a Framing,
         watch: &Watch,
-    ) -> Shadows<'a> {
+    ) -> BandShadows<'a> {
         let width = Framing::size(image.view().raster(), framing.scale).map_or(0, |size| size.0);
         let whole = 0..width.max(framing.columns.end);
         let reach = (f64::from(REACH.0) * framing.scale.x.max(1.0)).min(f64::from(REACH.1)) as u32;
         let columns = around(&framing.columns, reach, &whole);
         let (rows, watch) = (RefCell::default(), watch.clone());
-        Shadows { image, rule, framing, whole, reach, columns, rows, watch }
+        BandShadows { image, rule, framing, whole, reach, columns, rows, watch }
     }
 
     /// Forgets what belongs to no row of `rows`.
@@ -93,7 +93,7 @@ impl<'a> Shadows<'a> {
         let key = self.key(casting);
         let mut lit = Vec::with_capacity(spots.len());
         // Spots come row by row, so that a row is looked up once.
-        let mut known: Option<(u32, Arc<Row>)> = None;
+        let mut known: Option<(u32, Arc<ShadowRow>)> = None;
         for spot in spots {
             let row = match known.take().filter(|(row, _)| *row == spot.row) {
                 Some(known) => known.1,
@@ -105,7 +105,7 @@ impl<'a> Shadows<'a> {
         lit
     }
 
-    fn of(&self, row: &Row, spot: &Spot) -> f32 {
+    fn of(&self, row: &ShadowRow, spot: &Spot) -> f32 {
         if row.dark.is_empty() {
             return 1.0;
         }
@@ -137,17 +137,19 @@ impl<'a> Shadows<'a> {
     }
 
     /// What a spot covers of the raster: its whole pixel, or pieces of lines, where the face is for certain.
-    pub(super) fn pieces(&self, spot: &Spot) -> Vec<Piece> {
+    pub(super) fn pieces(&self, spot: &Spot) -> Vec<LinePiece> {
         let Framing { scale, pan, .. } = self.framing;
         let x = self.back(spot.column..spot.column + 1);
         if spot.is_whole {
             let y = [spot.row, spot.row + 1].map(|row| (f64::from(row) - pan.y) / scale.y);
-            return vec![Piece { x, y }];
+            return vec![LinePiece { x, y }];
         }
         let mut pieces = Vec::new();
         for share in self.shares(spot.row) {
             let Some(k) = share.line else { continue };
-            self.each_part(k, spot.face, x, |x| pieces.push(Piece { x, y: [self.image.y(k); 2] }));
+            self.each_part(k, spot.face, x, |x| {
+                pieces.push(LinePiece { x, y: [self.image.y(k); 2] })
+            });
         }
         pieces
     }
@@ -171,7 +173,7 @@ impl<'a> Shadows<'a> {
     }
 
     /// How much of some pixels the lines of their row give to a face.
-    fn covers(&self, row: &Row, face: FaceId, columns: &Range<u32>) -> f32 {
+    fn covers(&self, row: &ShadowRow, face: FaceId, columns: &Range<u32>) -> f32 {
         let x = self.back(columns.clone());
         let mut total = 0.0;
         for share in &row.shares {
@@ -211,13 +213,13 @@ impl<'a> Shadows<'a> {
     }
 
     /// The lines of a row of the picture.
-    fn shares(&self, row: u32) -> Vec<Share> {
+    fn shares(&self, row: u32) -> Vec<LineShare> {
         let plan = self.image.plan();
         let all = plan.lines(&(0..self.image.view().raster().height));
         shares(self.rule, plan, self.framing, row, all.end)
     }
 
-    fn row(&self, row: u32, key: Key, casting: &Casting<'_>) -> Arc<Row> {
+    fn row(&self, row: u32, key: Key, casting: &Casting<'_>) -> Arc<ShadowRow> {
         if let Some(known) = self.rows.borrow().get(&(key, row)) {
             return known.clone();
         }
@@ -241,7 +243,7 @@ impl<'a> Shadows<'a> {
             chunk = Some((k / per_chunk, lines));
         }
         let (dark, columns) = by_column(&parts, &self.columns);
-        let made = Arc::new(Row { shares, dark, columns });
+        let made = Arc::new(ShadowRow { shares, dark, columns });
         self.rows.borrow_mut().insert((key, row), made.clone());
         made
     }
@@ -315,7 +317,7 @@ impl<'a> Shadows<'a> {
     }
 
     /// Adds the part of a shadow that a share of its line's strip has to the pixels that it touches.
-    fn add(&self, shadow: &Dark, share: &Share, parts: &mut Vec<Part>) {
+    fn add(&self, shadow: &Dark, share: &LineShare, parts: &mut Vec<LitPart>) {
         let (Framing { scale, pan, .. }, columns) = (self.framing, &self.columns);
         let n = f64::from(self.image.plan().per_row);
         // How far above and below its line the share's strip reaches, in pixels of the raster.
@@ -343,7 +345,7 @@ impl<'a> Shadows<'a> {
                 continue;
             }
             let dark = (part * weight) as f32;
-            parts.push(Part { column, face: shadow.face, dark });
+            parts.push(LitPart { column, face: shadow.face, dark });
         }
     }
 }
@@ -355,14 +357,14 @@ fn around(columns: &Range<u32>, beside: u32, whole: &Range<u32>) -> Range<u32> {
 }
 
 /// Parts by column, those of one face in one column added up; and where each column's begin.
-fn by_column(parts: &[Part], columns: &Range<u32>) -> (Vec<Part>, Vec<u32>) {
+fn by_column(parts: &[LitPart], columns: &Range<u32>) -> (Vec<LitPart>, Vec<u32>) {
     let mut begins = vec![0u32; columns.len() + 1];
-    let at = |part: &Part| (part.column - columns.start) as usize;
+    let at = |part: &LitPart| (part.column - columns.start) as usize;
     parts.iter().for_each(|part| begins[at(part) + 1] += 1);
     for i in 0..columns.len() {
         begins[i + 1] += begins[i];
     }
-    let nothing = Part { column: 0, face: FaceId::NONE, dark: 0.0 };
+    let nothing = LitPart { column: 0, face: FaceId::NONE, dark: 0.0 };
     let mut sorted = vec![nothing; parts.len()];
     let mut next = begins.clone();
     for part in parts {
@@ -374,7 +376,7 @@ fn by_column(parts: &[Part], columns: &Range<u32>) -> (Vec<Part>, Vec<u32>) {
     for column in 0..columns.len() {
         let first = kept.len();
         for part in &sorted[begins[column] as usize..begins[column + 1] as usize] {
-            match kept[first..].iter_mut().find(|known: &&mut Part| known.face == part.face) {
+            match kept[first..].iter_mut().find(|known: &&mut LitPart| known.face == part.face) {
                 Some(known) => known.dark += part.dark,
                 None => kept.push(*part),
             }

@@ -39,7 +39,7 @@ pub(super) struct Refiner<'a> {
 
 /// A pixel in strips.
 #[derive(Debug)]
-pub(super) struct Divided {
+pub(super) struct DividedPixel {
     /// A column of the picture.
     pub(super) pixel: u32,
     /// From top to bottom.
@@ -49,17 +49,17 @@ pub(super) struct Divided {
 }
 
 /// A part of a pixel, between two heights of the raster, with what is known of it.
-struct Part {
+struct PixelPart {
     top: f64,
     bottom: f64,
     strip: Option<Strip>,
 }
 
 /// A pixel that is being divided.
-struct Work {
+struct OpenPixel {
     pixel: u32,
     cells: Range<u32>,
-    parts: Vec<Part>,
+    parts: Vec<PixelPart>,
     /// What the rows above and below show of it at their borders.
     above: Option<Strip>,
     below: Option<Strip>,
@@ -84,10 +84,10 @@ impl<'a> Refiner<'a> {
         ends: &[f64],
         beside: [Option<&Strip>; 2],
         stacks: &mut Stacks<'_>,
-    ) -> Vec<Divided> {
+    ) -> Vec<DividedPixel> {
         let whole = ends[ends.len() - 1] - ends[0];
         let inside = 0.0..f64::from(self.raster.height);
-        let mut all: Vec<Work> = pixels
+        let mut all: Vec<OpenPixel> = pixels
             .into_iter()
             .map(|(pixel, cuts)| {
                 let x = f64::from(pixel);
@@ -95,11 +95,11 @@ impl<'a> Refiner<'a> {
                 // More heights than there may be parts: those that lie close together count as one.
                 let finest = if cuts.len() > MOST { 1.0 / MOST as f64 } else { CONTENT };
                 for ends in ends.windows(2) {
-                    let part = Part { top: ends[0], bottom: ends[1], strip: None };
+                    let part = PixelPart { top: ends[0], bottom: ends[1], strip: None };
                     part.cut(&cuts, whole * finest, &mut parts);
                 }
                 let [above, below] = beside.map(|strip| strip.map(|strip| strip.pixel(x)));
-                Work { pixel, cells: self.cells(pixel), parts, above, below, error: 0.0 }
+                OpenPixel { pixel, cells: self.cells(pixel), parts, above, below, error: 0.0 }
             })
             .filter(|work| !work.cells.is_empty())
             .collect();
@@ -108,7 +108,7 @@ impl<'a> Refiner<'a> {
             let wanted = |at: &usize| {
                 let work = &all[*at];
                 let unknown = work.parts.iter().filter(|part| part.strip.is_none());
-                let middle = |part: &Part| (part.top + part.bottom) / 2.0;
+                let middle = |part: &PixelPart| (part.top + part.bottom) / 2.0;
                 unknown.map(move |part| Probe { y: middle(part), cells: work.cells.clone() })
             };
             // All pixels of the row ask at once, round by round: probes that are neighbours share
@@ -139,7 +139,7 @@ impl<'a> Refiner<'a> {
             }
             open.retain(|at| self.cut(&mut all[*at]));
         }
-        let divided = |work: Work| Divided {
+        let divided = |work: OpenPixel| DividedPixel {
             pixel: work.pixel,
             strips: work.parts.into_iter().filter_map(|part| part.strip).collect(),
             error: work.error,
@@ -157,7 +157,7 @@ impl<'a> Refiner<'a> {
     }
 
     /// Cuts the parts of a pixel that disagree, unless that is tolerated; returns whether it did.
-    fn cut(&self, work: &mut Work) -> bool {
+    fn cut(&self, work: &mut OpenPixel) -> bool {
         let x = f64::from(work.pixel);
         let strips: Vec<&Strip> =
             work.parts.iter().filter_map(|part| part.strip.as_ref()).collect();
@@ -211,7 +211,7 @@ impl<'a> Refiner<'a> {
     fn fill(
         &mut self,
         strip: &mut Strip,
-        part: &Part,
+        part: &PixelPart,
         weight: f64,
         (line, cuts): (&[Span], &[Cut]),
         stacks: &Stacks<'_>,
@@ -246,10 +246,10 @@ impl<'a> Refiner<'a> {
     }
 }
 
-impl Part {
+impl PixelPart {
     /// Appends the parts between heights, in any order, or the whole, if none lies in it by more than
     /// `margin`.
-    fn cut(self, cuts: &[f64], margin: f64, out: &mut Vec<Part>) {
+    fn cut(self, cuts: &[f64], margin: f64, out: &mut Vec<PixelPart>) {
         let margin = margin.max((self.bottom - self.top) * 1e-3);
         let mut inside: Vec<f64> = cuts.to_vec();
         inside.retain(|y| *y > self.top + margin && *y < self.bottom - margin);
@@ -261,7 +261,7 @@ impl Part {
         inside.dedup_by(|next, last| *next - *last < margin);
         let mut top = self.top;
         for bottom in inside.into_iter().chain([self.bottom]) {
-            out.push(Part { top, bottom, strip: None });
+            out.push(PixelPart { top, bottom, strip: None });
             top = bottom;
         }
     }

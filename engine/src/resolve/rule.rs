@@ -11,14 +11,14 @@
 //! Scaling changes neither spans nor visibility. In x it is a product. In y a row of the scaled picture
 //! takes other lines: [`Vertical::Whole`] is \[N] eq. 7, whole lines with equal weights, which differ
 //! from row to row; [`Vertical::Fractions`] weighs lines by the exact share of the row that they stand
-//! for. A [`Filter`] wider than the pixel weighs lines by its integral over the strips that they stand
+//! for. A [`PixelFilter`] wider than the pixel weighs lines by its integral over the strips that they stand
 //! for, whatever the rule.
 
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Filter;
+use super::PixelFilter;
 use crate::error::{Error, Result};
 use crate::image::Window;
 use crate::raster::{LinePlan, MAX_SIDE, Phase, Raster, Rows};
@@ -97,8 +97,8 @@ impl Rule {
     ///
     /// # Errors
     /// If it divides pixels and the filter reaches beyond them.
-    pub fn check_filter(self, filter: Filter) -> Result<()> {
-        if self.tolerance().is_none() || filter == Filter::Box {
+    pub fn check_filter(self, filter: PixelFilter) -> Result<()> {
+        if self.tolerance().is_none() || filter == PixelFilter::Box {
             return Ok(());
         }
         Err(Error::invalid(format!(
@@ -136,11 +136,11 @@ pub struct Framing {
     /// Which lines a row takes.
     pub vertical: Vertical,
     /// How much what lies beside a pixel's centre counts.
-    pub filter: Filter,
+    pub filter: PixelFilter,
     /// How often faces are shaded.
     pub shading: Rate,
     /// How pictures on surfaces are filtered.
-    pub textures: texture::Filter,
+    pub textures: texture::TextureFilter,
 }
 
 /// How often faces are shaded: time for accuracy.
@@ -165,9 +165,9 @@ impl Framing {
             columns: 0..raster.width,
             rows: 0..raster.height,
             vertical: Vertical::default(),
-            filter: Filter::Box,
+            filter: PixelFilter::Box,
             shading: Rate::default(),
-            textures: texture::Filter::default(),
+            textures: texture::TextureFilter::default(),
         }
     }
 
@@ -258,7 +258,7 @@ impl Framing {
 
 /// A line's part in a row of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Share {
+pub struct LineShare {
     /// The line, or none where the row reaches beyond the raster.
     pub line: Option<u32>,
     /// Its weight; those of a row sum to 1.
@@ -268,13 +268,19 @@ pub struct Share {
 }
 
 /// The lines of a row of the picture and their weights. `lines` is how many the raster has.
-pub fn shares(rule: Rule, plan: LinePlan, framing: &Framing, row: u32, lines: u32) -> Vec<Share> {
+pub fn shares(
+    rule: Rule,
+    plan: LinePlan,
+    framing: &Framing,
+    row: u32,
+    lines: u32,
+) -> Vec<LineShare> {
     let n = f64::from(plan.per_row);
     // The row in units of lines: from the line, or strip border, `top` to `bottom`.
     let at = |row: f64| (row - framing.pan.y) * n / framing.scale.y;
     let (top, bottom) = (at(f64::from(row)), at(f64::from(row) + 1.0));
     let all = (0.0, 1.0);
-    if framing.filter != Filter::Box {
+    if framing.filter != PixelFilter::Box {
         let kernel = framing.filter.kernel();
         let (middle, height) = ((top + bottom) / 2.0, bottom - top);
         let radius = framing.filter.radius() * height;
@@ -333,19 +339,19 @@ fn collect(
     (from, to): (f64, f64),
     lines: u32,
     part: impl Fn(f64) -> (f64, (f64, f64)),
-) -> Vec<Share> {
+) -> Vec<LineShare> {
     let (first, last) = (from.max(0.0), to.min(f64::from(lines)));
     let count = (last - first).max(0.0) as u32;
     let share = |i: u32| {
         let k = first + f64::from(i);
         let (weight, strip) = part(k);
-        Share { line: Some(k as u32), weight, strip }
+        LineShare { line: Some(k as u32), weight, strip }
     };
-    let mut shares: Vec<Share> = (0..count).map(share).filter(|s| s.weight != 0.0).collect();
+    let mut shares: Vec<LineShare> = (0..count).map(share).filter(|s| s.weight != 0.0).collect();
     if first > from || last < to {
         let inside: f64 = shares.iter().map(|share| share.weight).sum();
         if (1.0 - inside).abs() > 1e-12 {
-            let beyond = Share { line: None, weight: 1.0 - inside, strip: (0.0, 1.0) };
+            let beyond = LineShare { line: None, weight: 1.0 - inside, strip: (0.0, 1.0) };
             let is_above = first > from && last >= to;
             shares.insert(if is_above { 0 } else { shares.len() }, beyond);
         }

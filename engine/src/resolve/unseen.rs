@@ -14,13 +14,13 @@ use crate::camera::Plane;
 use crate::raster::LinePlan;
 use crate::span::edges::{MANY, Occupied, Side};
 use crate::span::{Edge, Face, FaceId, FaceTable, Role, SpanImage};
-use crate::visible::probe::Index;
+use crate::visible::probe::FaceIndex;
 
 /// The doubt that is cast on every pixel in which an edge lies, if none is tolerated.
 pub(super) const SOME: f32 = 1e-7;
 
 /// A row of pixels.
-pub(super) struct Row<'a> {
+pub(super) struct PixelRow<'a> {
     image: &'a SpanImage,
     framing: &'a Framing,
     strips: &'a [Strip],
@@ -32,17 +32,17 @@ pub(super) struct Row<'a> {
     occupied: RefCell<HashMap<FaceId, Occupied>>,
 }
 
-impl<'a> Row<'a> {
+impl<'a> PixelRow<'a> {
     pub(super) fn new(
         image: &'a SpanImage,
         framing: &'a Framing,
         row: u32,
         strips: &'a [Strip],
         stacks: &'a Stacks<'a>,
-    ) -> Row<'a> {
+    ) -> PixelRow<'a> {
         let at = |row: u32| (f64::from(row) - framing.pan.y) / framing.scale.y;
         let (top, bottom) = (at(row), at(row + 1));
-        Row { image, framing, strips, stacks, top, bottom, occupied: RefCell::default() }
+        PixelRow { image, framing, strips, stacks, top, bottom, occupied: RefCell::default() }
     }
 
     /// Casts doubt on the pixels in which faces may be seen that no line met; and, if nothing is
@@ -50,11 +50,11 @@ impl<'a> Row<'a> {
     /// raster at which the edges of such faces end or enter.
     pub(super) fn events(
         &self,
-        index: &Index,
+        index: &FaceIndex,
         tolerance: f64,
         errors: &mut [f32],
     ) -> Vec<(u32, f64)> {
-        let Row { image, framing, top, bottom, .. } = *self;
+        let PixelRow { image, framing, top, bottom, .. } = *self;
         let height = image.view().raster().height;
         let row_at = |y: f64| y.clamp(0.0, f64::from(height)) as u32;
         let rows = row_at(top)..row_at(bottom.ceil());

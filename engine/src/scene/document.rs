@@ -16,11 +16,20 @@ use super::shape::Shape;
 use crate::camera::Camera;
 use crate::error::{Error, Result};
 use crate::fragment::Environment;
-use crate::light::list::Entry;
+use crate::light::list::LightEntry;
 use crate::math;
 
 /// The version of the scene format that this library writes.
 pub const VERSION: u32 = 1;
+
+/// An axis of a file's space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
+pub enum Axis {
+    /// The second coordinate.
+    Y,
+    /// The third.
+    Z,
+}
 
 /// The contents of a scene file: plans that share materials.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -111,7 +120,7 @@ pub struct Plan {
     pub cameras: BTreeMap<String, Camera>,
     /// Lights by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub lights: BTreeMap<String, Entry>,
+    pub lights: BTreeMap<String, LightEntry>,
     /// The environment, if the file has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub environment: Option<Environment>,

@@ -12,7 +12,7 @@ use crate::polygon::plane_normal;
 
 /// A kind of fault of a face.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Fault {
+pub enum MeshFault {
     /// Two corners in a row are one point.
     RepeatedCorner,
     /// The face has no area.
@@ -35,25 +35,25 @@ pub enum Fault {
     Doubled,
 }
 
-impl std::fmt::Display for Fault {
+impl std::fmt::Display for MeshFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Fault::RepeatedCorner => "two corners in a row are one point (the second is dropped)",
-            Fault::NoArea => "the face has no area (it is dropped)",
-            Fault::NotPlanar => "the corners do not lie in a plane (it is divided into triangles)",
-            Fault::Bent => {
+            MeshFault::RepeatedCorner => "two corners in a row are one point (the second is dropped)",
+            MeshFault::NoArea => "the face has no area (it is dropped)",
+            MeshFault::NotPlanar => "the corners do not lie in a plane (it is divided into triangles)",
+            MeshFault::Bent => {
                 "the corners do not lie in a plane (a face with seals or drawn edges is taken as flat)"
             }
-            Fault::CrossesItself => {
+            MeshFault::CrossesItself => {
                 "an outline crosses or touches itself (the even-odd rule holds)"
             }
-            Fault::HoleCrossesOutline => {
+            MeshFault::HoleCrossesOutline => {
                 "a hole crosses the outline (what is outside has no effect)"
             }
-            Fault::HoleOutside => "a hole lies outside the outline (it has no effect)",
-            Fault::HolesOverlap => "two holes overlap, touch or contain each other (all is hole)",
-            Fault::SealOutside => "a seal reaches beyond the outline (it is cut there)",
-            Fault::Doubled => "two faces have the same corners (the later is seen)",
+            MeshFault::HoleOutside => "a hole lies outside the outline (it has no effect)",
+            MeshFault::HolesOverlap => "two holes overlap, touch or contain each other (all is hole)",
+            MeshFault::SealOutside => "a seal reaches beyond the outline (it is cut there)",
+            MeshFault::Doubled => "two faces have the same corners (the later is seen)",
         })
     }
 }
@@ -62,7 +62,7 @@ impl std::fmt::Display for Fault {
 const MOST: usize = 4000;
 
 /// The faults of a mesh's faces: the face's index and the fault, each once per face.
-pub fn examine(mesh: &Mesh) -> Vec<(usize, Fault)> {
+pub fn examine(mesh: &Mesh) -> Vec<(usize, MeshFault)> {
     let mut found = Vec::new();
     let mut known: HashMap<Vec<u32>, usize> = HashMap::new();
     for at in 0..mesh.face_count() {
@@ -70,7 +70,7 @@ pub fn examine(mesh: &Mesh) -> Vec<(usize, Fault)> {
         let mut corners = mesh.outline(at).to_vec();
         corners.sort_unstable();
         if known.insert(corners, at).is_some() {
-            faults.push(Fault::Doubled);
+            faults.push(MeshFault::Doubled);
         }
         faults.sort_unstable();
         faults.dedup();
@@ -79,7 +79,7 @@ pub fn examine(mesh: &Mesh) -> Vec<(usize, Fault)> {
     found
 }
 
-fn examine_face(mesh: &Mesh, at: usize) -> Vec<Fault> {
+fn examine_face(mesh: &Mesh, at: usize) -> Vec<MeshFault> {
     let points =
         |ring: &[u32]| -> Vec<DVec3> { ring.iter().map(|c| mesh.points[*c as usize]).collect() };
     let outline = points(mesh.outline(at));
@@ -88,10 +88,10 @@ fn examine_face(mesh: &Mesh, at: usize) -> Vec<Fault> {
     let mut faults = Vec::new();
     let repeats = |ring: &[DVec3]| (0..ring.len()).any(|i| ring[i] == ring[(i + 1) % ring.len()]);
     if repeats(&outline) || holes.iter().any(|hole| repeats(hole)) {
-        faults.push(Fault::RepeatedCorner);
+        faults.push(MeshFault::RepeatedCorner);
     }
     let Some(normal) = plane_normal(outline.iter().copied()) else {
-        faults.push(Fault::NoArea);
+        faults.push(MeshFault::NoArea);
         return faults;
     };
     let centre = outline.iter().sum::<DVec3>() / outline.len() as f64;
@@ -100,7 +100,7 @@ fn examine_face(mesh: &Mesh, at: usize) -> Vec<Fault> {
     let size = all().map(|p| (*p - centre).length()).fold(0.0, f64::max) * 2.0;
     if off > PLANARITY * size {
         let is_whole = !mesh.seals(at).is_empty() || mesh.edge(at).is_some();
-        faults.push(if is_whole { Fault::Bent } else { Fault::NotPlanar });
+        faults.push(if is_whole { MeshFault::Bent } else { MeshFault::NotPlanar });
     }
     let count = outline.len() + holes.iter().chain(&seals).map(Vec::len).sum::<usize>();
     if (outline.len() == 3 && holes.is_empty() && seals.is_empty()) || count > MOST {
@@ -115,17 +115,17 @@ fn examine_face(mesh: &Mesh, at: usize) -> Vec<Fault> {
     let holes: Vec<Vec<DVec2>> = holes.iter().map(|hole| flat(hole)).collect();
     let seals: Vec<Vec<DVec2>> = seals.iter().map(|seal| flat(seal)).collect();
     if std::iter::once(&outline).chain(&holes).chain(&seals).any(|ring| crosses_itself(ring)) {
-        faults.push(Fault::CrossesItself);
+        faults.push(MeshFault::CrossesItself);
     }
     for (i, hole) in holes.iter().enumerate() {
         if cross(hole, &outline) {
-            faults.push(Fault::HoleCrossesOutline);
+            faults.push(MeshFault::HoleCrossesOutline);
         } else if !hole.iter().all(|p| contains(&outline, *p)) {
-            faults.push(Fault::HoleOutside);
+            faults.push(MeshFault::HoleOutside);
         }
         for other in &holes[..i] {
             if meet(hole, other) || contains(hole, other[0]) || contains(other, hole[0]) {
-                faults.push(Fault::HolesOverlap);
+                faults.push(MeshFault::HolesOverlap);
             }
         }
     }
@@ -133,7 +133,7 @@ fn examine_face(mesh: &Mesh, at: usize) -> Vec<Fault> {
         if cross(seal, &outline)
             || !contains(&outline, middle(seal)) && !contains(&outline, seal[0])
         {
-            faults.push(Fault::SealOutside);
+            faults.push(MeshFault::SealOutside);
         }
     }
     faults
@@ -217,7 +217,7 @@ mod tests {
         outline: &[(f64, f64)],
         holes: &[&[(f64, f64)]],
         seals: &[&[(f64, f64)]],
-    ) -> Vec<Fault> {
+    ) -> Vec<MeshFault> {
         let mut mesh = Mesh::default();
         let mut ring = |points: &[(f64, f64)]| -> Vec<u32> {
             points.iter().map(|(x, y)| mesh.add_point([*x, *y, 0.0])).collect()
@@ -246,19 +246,19 @@ mod tests {
     #[test]
     fn each_fault_is_found() {
         let bow = [(0.0, 0.0), (9.0, 9.0), (9.0, 0.0), (0.0, 6.0)];
-        assert_eq!(face(&bow, &[], &[]), [Fault::CrossesItself]);
-        assert_eq!(face(&SQUARE, &[&small(8.0, 1.0)], &[]), [Fault::HoleCrossesOutline]);
-        assert_eq!(face(&SQUARE, &[&small(20.0, 1.0)], &[]), [Fault::HoleOutside]);
+        assert_eq!(face(&bow, &[], &[]), [MeshFault::CrossesItself]);
+        assert_eq!(face(&SQUARE, &[&small(8.0, 1.0)], &[]), [MeshFault::HoleCrossesOutline]);
+        assert_eq!(face(&SQUARE, &[&small(20.0, 1.0)], &[]), [MeshFault::HoleOutside]);
         assert_eq!(
             face(&SQUARE, &[&small(1.0, 1.0), &small(2.0, 2.0)], &[]),
-            [Fault::HolesOverlap]
+            [MeshFault::HolesOverlap]
         );
         assert_eq!(
             face(&SQUARE, &[&small(1.0, 1.0), &small(1.0, 1.0)], &[]),
-            [Fault::HolesOverlap]
+            [MeshFault::HolesOverlap]
         );
-        assert_eq!(face(&SQUARE, &[], &[&small(8.0, 8.0)]), [Fault::SealOutside]);
+        assert_eq!(face(&SQUARE, &[], &[&small(8.0, 8.0)]), [MeshFault::SealOutside]);
         let line = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)];
-        assert_eq!(face(&line, &[], &[]), [Fault::NoArea]);
+        assert_eq!(face(&line, &[], &[]), [MeshFault::NoArea]);
     }
 }

@@ -1,10 +1,12 @@
 //! Lights as scenes: what can be seen of them.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use super::document::{Document, Object, Plan};
 use super::face::{Back, Face, Outline, Sides};
 use super::flat::Scene;
+use super::library::{Library, NoFiles};
 use super::material::Material;
 use super::mesh::Mesh;
 use super::shape::Shape;
@@ -59,6 +61,7 @@ impl Scene {
         }
         document.plans.push(Plan { root, ..Plan::default() });
         let key = Key::of(&document);
-        Scene::new(&document, None, label, key, Path::new(""))
+        let library: Arc<dyn Library> = Arc::new(NoFiles);
+        Scene::with_library(&document, None, label, key, (Path::new(""), &library))
     }
 }

@@ -5,10 +5,11 @@ use glam::{DAffine3, DVec2, DVec3};
 use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::flat::is_there;
+use super::absent::{is_there, without_pictures};
+use super::library::Library;
 use super::material::{AlphaMode, Map, Material, Picture};
-use super::read::gltf;
 use crate::color::Color;
 use crate::error::{Error, FirstError, Result};
 use crate::fragment::{Columns, Finish, Gloss};
@@ -17,7 +18,9 @@ use crate::image::texels::Texels;
 use crate::key::{Key, KeyHasher};
 use crate::math;
 use crate::open;
-use crate::texture::{Filter, Footprint, Meaning, Opened, Place, Source, Wrap, store};
+use crate::texture::{
+    Footprint, Meaning, Opened, PictureSource, SurfacePoint, TextureFilter, Wrap, store,
+};
 
 /// What a map changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,21 +93,26 @@ pub(super) fn check(name: &str, map: &Map) -> Result<()> {
 }
 
 /// The bytes that pictures take as pyramids, at most, told by their heads: each file is asked once.
-#[derive(Default)]
-pub(super) struct Sizes {
+pub(super) struct Sizes<'l> {
+    library: &'l dyn Library,
     known: HashMap<Key, u64>,
     /// Of the pictures that a file holds.
     embedded: HashMap<PathBuf, Vec<u64>>,
 }
 
-impl Sizes {
+impl<'l> Sizes<'l> {
+    /// Of no picture yet.
+    pub(super) fn new(library: &'l dyn Library) -> Sizes<'l> {
+        Sizes { library, known: HashMap::new(), embedded: HashMap::new() }
+    }
+
     /// Of a picture that is a file, or has a number in one.
     pub(super) fn of(&mut self, key: Key, path: &Path, number: Option<u32>) -> u64 {
         let Some(number) = number else {
             return *self.known.entry(key).or_insert_with(|| mapped_bytes(path));
         };
         let held = self.embedded.entry(path.to_owned());
-        let held = held.or_insert_with(|| gltf::picture_bytes(path).unwrap_or_default());
+        let held = held.or_insert_with(|| self.library.picture_sizes(path).unwrap_or_default());
         held.get(number as usize).copied().unwrap_or(0)
     }
 }
@@ -117,7 +125,7 @@ fn mapped_bytes(path: &Path) -> u64 {
 /// The maps of a material.
 #[derive(Debug)]
 pub(super) struct Maps {
-    maps: Vec<Ready>,
+    maps: Vec<ReadyMap>,
     /// Whether alpha is that of the pictures.
     is_cut: bool,
     /// The first picture that could not be read.
@@ -125,15 +133,15 @@ pub(super) struct Maps {
 }
 
 #[derive(Debug)]
-struct Ready {
+struct ReadyMap {
     what: What,
     map: Map,
     /// The picture's file, and the picture, if it is none that is computed.
-    source: Option<(PathBuf, Source)>,
+    source: Option<(PathBuf, PictureSource)>,
 }
 
 /// What is seen of a place.
-pub(super) struct Seen {
+pub(super) struct Appearance {
     pub(super) color: Color,
     pub(super) alpha: f32,
     /// The unit normal on the front.
@@ -158,14 +166,14 @@ pub(super) struct At<'a> {
     /// face.
     pub(super) seen_from: &'a dyn Fn(DVec3) -> (DVec3, DVec3),
     pub(super) sees_front: bool,
-    pub(super) filter: Filter,
+    pub(super) filter: TextureFilter,
 }
 
 impl At<'_> {
     /// What a pixel covers of a picture if it is moved on the face.
     fn footprint(&self, map: &Map, moved: DVec3) -> Footprint {
         let matrix = &self.object_from_world.matrix3;
-        map.mapping.footprint(&Place {
+        map.mapping.footprint(&SurfacePoint {
             point: self.object_from_world.transform_point3(self.point + moved),
             steps: self.steps.map(|step| *matrix * step),
             normal: self.front,
@@ -176,7 +184,7 @@ impl At<'_> {
 
 impl Maps {
     /// The maps of a material; `None` if it has none.
-    pub(super) fn of(material: &Material) -> Option<Maps> {
+    pub(super) fn of(material: &Material, library: &Arc<dyn Library>) -> Option<Maps> {
         let ready = |(name, map): (&String, &Map)| {
             let what = named(name)?;
             let meaning = match (what, material.alpha_mode) {
@@ -187,16 +195,20 @@ impl Maps {
                 | (What::Reflect | What::Refract, _) => Meaning::Color,
                 _ => Meaning::Numbers,
             };
-            Some(Ready { what, map: map.clone(), source: source(&map.picture, what, meaning) })
+            Some(ReadyMap {
+                what,
+                map: map.clone(),
+                source: source(&map.picture, what, meaning, library),
+            })
         };
-        let maps: Vec<Ready> = material.maps.iter().filter_map(ready).collect();
+        let maps: Vec<ReadyMap> = material.maps.iter().filter_map(ready).collect();
         let is_cut = material.is_cut();
         (!maps.is_empty()).then(|| Maps { maps, is_cut, fault: FirstError::default() })
     }
 
     /// What differs from place to place.
     pub(super) fn varying(&self) -> Columns {
-        let one = |map: &Ready| match map.what {
+        let one = |map: &ReadyMap| match map.what {
             What::Color | What::Alpha => Columns::COLOR,
             What::Normal | What::Bump => Columns::NORMAL,
             _ => Columns::FINISH,
@@ -217,12 +229,12 @@ impl Maps {
 
     /// The first fault since the last time.
     pub(super) fn fault(&self) -> Option<Error> {
-        self.fault.take()
+        self.fault.take().map(without_pictures)
     }
 
     /// Its pictures, and the bytes that each takes at most.
-    pub(super) fn pictures(&self, sizes: &mut Sizes) -> Vec<(Key, u64)> {
-        let one = |map: &Ready| {
+    pub(super) fn pictures(&self, sizes: &mut Sizes<'_>) -> Vec<(Key, u64)> {
+        let one = |map: &ReadyMap| {
             let (path, source) = map.source.as_ref()?;
             let number = match map.map.picture {
                 Picture::Embedded(_, number) => Some(number),
@@ -238,7 +250,7 @@ impl Maps {
         self.maps.iter().map(|map| self.open_one(map)).collect()
     }
 
-    fn open_one<'m>(&self, map: &'m Ready) -> Option<Opened<'m>> {
+    fn open_one<'m>(&self, map: &'m ReadyMap) -> Option<Opened<'m>> {
         let (_, source) = map.source.as_ref()?;
         self.fault.sift(store().open(source))
     }
@@ -249,7 +261,7 @@ impl Maps {
         opened: &[Option<Opened<'_>>],
         wanted: Columns,
         at: &At<'_>,
-        seen: &mut Seen,
+        seen: &mut Appearance,
     ) {
         for (map, picture) in self.maps.iter().zip(opened) {
             let is_wanted = match map.what {
@@ -263,7 +275,13 @@ impl Maps {
         }
     }
 
-    fn apply_one(&self, ready: &Ready, picture: Option<&Opened<'_>>, at: &At<'_>, seen: &mut Seen) {
+    fn apply_one(
+        &self,
+        ready: &ReadyMap,
+        picture: Option<&Opened<'_>>,
+        at: &At<'_>,
+        seen: &mut Appearance,
+    ) {
         let (map, strength) = (&ready.map, ready.map.strength);
         let sample = |footprint: Footprint| self.sample(ready, picture, &footprint, at.filter);
         let texel = || sample(at.footprint(map, DVec3::ZERO));
@@ -343,10 +361,10 @@ impl Maps {
     /// What a pixel sees of a map's picture, and what changes nothing where there is none.
     fn sample(
         &self,
-        ready: &Ready,
+        ready: &ReadyMap,
         picture: Option<&Opened<'_>>,
         footprint: &Footprint,
-        filter: Filter,
+        filter: TextureFilter,
     ) -> [f32; 4] {
         let map = &ready.map;
         if let Picture::Wave(right, up) = map.picture {
@@ -445,7 +463,12 @@ fn around(direction: DVec3, moves: [DVec3; 2]) -> Footprint {
 }
 
 /// A picture that can be read.
-fn source(picture: &Picture, what: What, meaning: Meaning) -> Option<(PathBuf, Source)> {
+fn source(
+    picture: &Picture,
+    what: What,
+    meaning: Meaning,
+    library: &Arc<dyn Library>,
+) -> Option<(PathBuf, PictureSource)> {
     let (path, number) = match picture {
         Picture::File(path) | Picture::Raw(path) => (PathBuf::from(path), None),
         Picture::Embedded(path, number) => (PathBuf::from(path), Some(*number)),
@@ -458,18 +481,18 @@ fn source(picture: &Picture, what: What, meaning: Meaning) -> Option<(PathBuf, S
     let contents = open::contents(&path);
     let absent = contents.is_none().then_some(&path);
     key.value(&(contents, absent, number, meaning, is_alpha, is_raw));
-    let from = path.clone();
+    let (from, library) = (path.clone(), library.clone());
     let read = move || -> Result<Texels> {
         let texels = match number {
             None => Encoded::open(&from)?.texels(is_raw),
             Some(number) => {
                 let fault =
                     |e: Error| Error::in_file(&from, format!("picture {number}: {}", e.message()));
-                let bytes = gltf::picture(&from, number)?;
+                let bytes = library.picture(&from, number)?;
                 Encoded::of(&from, &bytes).and_then(|picture| picture.texels(true)).map_err(fault)
             }
         }?;
         Ok(if is_alpha { texels.into_alpha() } else { texels })
     };
-    Some((path, Source { key: key.finish(), meaning, read: Box::new(read) }))
+    Some((path, PictureSource { key: key.finish(), meaning, read: Box::new(read) }))
 }

@@ -4,14 +4,18 @@
 //! tree of objects, what files hold), [`shape`] (primitives), [`geometry`] (meshes made ready),
 //! [`flat`] (a plan made ready: what renderers take), [`read`] (formats).
 
+mod absent;
+mod divide;
 pub mod document;
 mod domains;
 pub mod examine;
 pub mod face;
 pub mod files;
 pub mod flat;
+mod flatten;
 pub mod geometry;
 mod lamps;
+pub mod library;
 mod maps;
 pub mod material;
 pub mod mesh;

@@ -18,7 +18,7 @@ use crate::trace::{Casters, Shaft, Toward};
 const MOST_PARTS: usize = 512;
 
 /// A convex part of a source, as seen from the receiver, and how much of its light arrives.
-struct Part {
+struct SourcePart {
     points: Vec<DVec3>,
     through: f32,
 }
@@ -45,7 +45,7 @@ pub(super) fn irradiance(
             continue;
         }
         let shaft = shaft(&seen, facing, here);
-        let mut parts = vec![Part { points: seen, through: 1.0 }];
+        let mut parts = vec![SourcePart { points: seen, through: 1.0 }];
         for (member, casters) in casters {
             let surfaces = &*world.members()[*member].surfaces;
             let mut is_too_much = false;
@@ -78,8 +78,9 @@ pub(super) fn irradiance(
                         is_too_much = true;
                         return;
                     }
-                    let Part { points, through } = parts.swap_remove(i);
-                    let inside = cone.cut(points, |points| parts.push(Part { points, through }));
+                    let SourcePart { points, through } = parts.swap_remove(i);
+                    let inside =
+                        cone.cut(points, |points| parts.push(SourcePart { points, through }));
                     let Some(points) = inside else { continue };
                     let along = points.iter().sum::<DVec3>() / points.len() as f64;
                     let position = here + along;
@@ -87,7 +88,7 @@ pub(super) fn irradiance(
                     let through =
                         through * (1.0 - shadow::opacity(surfaces, view, casters, piece, met));
                     if through > 0.0 {
-                        parts.push(Part { points, through });
+                        parts.push(SourcePart { points, through });
                     }
                 }
                 is_too_much = parts.len() > MOST_PARTS;
@@ -96,7 +97,7 @@ pub(super) fn irradiance(
                 return None;
             }
         }
-        for Part { points, through } in &parts {
+        for SourcePart { points, through } in &parts {
             let points: Vec<DVec3> = points.iter().map(|point| *point + here).collect();
             sum = sum + light.of_facet(&points, at) * *through;
         }

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::color::Color;
-use crate::fragment::{Around, Columns, Fragments, Hiding, Layers, Shader};
+use crate::fragment::{Around, Columns, Fragments, Hiding, LightLayers, Shader};
 use crate::light::Lamp;
 use crate::math;
 
@@ -123,7 +123,7 @@ impl Shader for Fog {
         }
         if let Some(layers) = &mut fragments.layers {
             layers.map(|i, color| color * all[i].0);
-            let rest = layers.layer(Layers::REST, all.len());
+            let rest = layers.layer(LightLayers::REST, all.len());
             rest.iter_mut().zip(&all).for_each(|(rest, (_, added))| *rest = *rest + *added);
         }
     }

@@ -10,7 +10,7 @@ use super::pattern::{Pattern, Spread};
 use super::{clipped, gloss};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Casting, Columns, Finish, Fragments, Gloss, Hiding, Layers, Shader, World,
+    Around, Batch, Casting, Columns, Finish, Fragments, Gloss, Hiding, LightLayers, Shader, World,
 };
 use crate::key::KeyHasher;
 use crate::light::{Lamp, Light, Receiver, Sample};
@@ -55,7 +55,7 @@ pub enum Shadows {
 #[derive(Debug)]
 struct Received {
     /// Irradiance in lux.
-    diffuse: Values,
+    diffuse: GreyOrColors,
     /// What its gloss sends to the eye: the factor of its own reflectance, and the rest. Empty if
     /// nothing shines.
     gloss: Vec<[Color; 2]>,
@@ -65,31 +65,31 @@ struct Received {
 
 /// Colours, most of which are grey.
 #[derive(Debug)]
-enum Values {
+enum GreyOrColors {
     Grey(Vec<f32>),
     Colored(Vec<Color>),
 }
 
-impl Values {
-    fn new(colors: Vec<Color>) -> Values {
+impl GreyOrColors {
+    fn new(colors: Vec<Color>) -> GreyOrColors {
         if colors.iter().all(|c| c.r == c.g && c.g == c.b) {
-            Values::Grey(colors.into_iter().map(|c| c.r).collect())
+            GreyOrColors::Grey(colors.into_iter().map(|c| c.r).collect())
         } else {
-            Values::Colored(colors)
+            GreyOrColors::Colored(colors)
         }
     }
 
     fn at(&self, i: usize) -> Color {
         match self {
-            Values::Grey(values) => Color::grey(values[i]),
-            Values::Colored(values) => values[i],
+            GreyOrColors::Grey(values) => Color::grey(values[i]),
+            GreyOrColors::Colored(values) => values[i],
         }
     }
 
     fn bytes(&self) -> usize {
         match self {
-            Values::Grey(values) => size_of_val(&**values),
-            Values::Colored(values) => size_of_val(&**values),
+            GreyOrColors::Grey(values) => size_of_val(&**values),
+            GreyOrColors::Colored(values) => size_of_val(&**values),
         }
     }
 }
@@ -132,7 +132,7 @@ impl Shader for Illuminate {
         let scale = 1.0 / self.white;
         let glow = |finish: &Finish| finish.glow * (PI * scale);
         let mut sum: Vec<Color> = fragments.finish.iter().map(glow).collect();
-        let mut layers = fragments.layers.as_ref().map(|_| Layers::default());
+        let mut layers = fragments.layers.as_ref().map(|_| LightLayers::default());
         for lamp in self.lamps.iter().filter(|lamp| lamp.shines()) {
             let received = self.received(lamp, fragments, around);
             let strength = lamp.strength * scale;
@@ -160,7 +160,7 @@ impl Shader for Illuminate {
                     *color = if fragments.unlit[i] { Color::BLACK } else { *color + shown(i) };
                 }
                 if !received.error.is_empty() {
-                    let errors = layers.layer(Layers::ERROR, count);
+                    let errors = layers.layer(LightLayers::ERROR, count);
                     for (i, (error, off)) in errors.iter_mut().zip(&received.error).enumerate() {
                         let color = fragments.color[i] * (fragments.finish[i].diffuse * off);
                         // Lamps are off independently of each other.
@@ -174,7 +174,7 @@ impl Shader for Illuminate {
             let rest = if fragments.unlit[i] { color } else { glow(&fragments.finish[i]) };
             fragments.color[i] = color;
             if let Some(layers) = &mut layers {
-                layers.layer(Layers::REST, count)[i] = rest;
+                layers.layer(LightLayers::REST, count)[i] = rest;
             }
         }
         fragments.layers = layers;
@@ -219,7 +219,7 @@ impl Illuminate {
 
 /// What one fragment receives of a lamp of unit strength.
 #[derive(Default)]
-struct Share {
+struct ReceivedByOne {
     diffuse: Color,
     gloss: [Color; 2],
     error: f32,
@@ -325,7 +325,7 @@ impl<'a> Lighting<'a> {
         let wants_error = self.fragments.layers.is_some();
         for i in 0..count {
             let is_dark = self.fragments.unlit[i] || self.batch.is_stopped();
-            let one = if is_dark { Share::default() } else { self.of(i) };
+            let one = if is_dark { ReceivedByOne::default() } else { self.of(i) };
             diffuse.push(one.diffuse);
             gloss.extend(self.shines.then_some(one.gloss));
             error.extend(wants_error.then_some(one.error));
@@ -333,23 +333,23 @@ impl<'a> Lighting<'a> {
         if error.iter().all(|error| *error == 0.0) {
             error = Vec::new();
         }
-        Received { diffuse: Values::new(diffuse), gloss, error }
+        Received { diffuse: GreyOrColors::new(diffuse), gloss, error }
     }
 
     /// What a fragment receives.
-    fn of(&self, i: usize) -> Share {
-        let spot = Spot::new(self.fragments, i);
+    fn of(&self, i: usize) -> ReceivedByOne {
+        let spot = LitFragment::new(self.fragments, i);
         let whole = self.light.irradiance(&spot.receiver);
         // No light from behind a face, whatever its interpolated normal says; leaves lie all ways.
         let is_behind = |toward| self.fragments.cards.is_empty() && !spot.faces(toward);
         let whole = if self.from.is_some_and(is_behind) { Color::BLACK } else { whole };
         if whole == Color::BLACK || self.light.is_everywhere() {
-            return Share { diffuse: whole, ..Share::default() };
+            return ReceivedByOne { diffuse: whole, ..ReceivedByOne::default() };
         }
         if let Some(diffuse) = self.clipped(&spot) {
             let shines = self.shines && spot.finish.shines();
             let gloss = shines.then(|| self.by_samples(&spot, i, whole).gloss);
-            return Share { diffuse, gloss: gloss.unwrap_or_default(), error: 0.0 };
+            return ReceivedByOne { diffuse, gloss: gloss.unwrap_or_default(), error: 0.0 };
         }
         let is_soft = self.from.is_none();
         if self.world.is_some() || (self.shines && is_soft) {
@@ -360,18 +360,18 @@ impl<'a> Lighting<'a> {
             true => spot.sent(&self.light.sample(&spot.receiver, DVec2::splat(0.5))),
             false => Default::default(),
         };
-        Share { diffuse: whole * lit, gloss: sent.map(|part| part * lit), error: 0.0 }
+        ReceivedByOne { diffuse: whole * lit, gloss: sent.map(|part| part * lit), error: 0.0 }
     }
 
     /// Irradiance with what stands in the way cut out of the source, if it is to be and can be.
-    fn clipped(&self, spot: &Spot) -> Option<Color> {
+    fn clipped(&self, spot: &LitFragment) -> Option<Color> {
         let world = self.world.filter(|_| self.is_clipped)?;
         let view = self.fragments.view;
         clipped::irradiance(self.light, &spot.receiver, spot.facing, world, &self.casters, view)
     }
 
     /// The same from parts of the source, each with what stands in its way.
-    fn by_samples(&self, spot: &Spot, i: usize, whole: Color) -> Share {
+    fn by_samples(&self, spot: &LitFragment, i: usize, whole: Color) -> ReceivedByOne {
         let fragments = self.fragments;
         let pattern = Pattern::of(fragments, i);
         // A source in one place is the same for all rays: they are spread over what is covered.
@@ -424,12 +424,12 @@ impl<'a> Lighting<'a> {
         );
         let error =
             if self.world.is_some() { spread_of.of_share() * whole.luminance() } else { 0.0 };
-        Share { diffuse, gloss: sent.map(|part| part * (1.0 / samples as f32)), error }
+        ReceivedByOne { diffuse, gloss: sent.map(|part| part * (1.0 / samples as f32)), error }
     }
 }
 
 /// A fragment that receives light.
-struct Spot {
+struct LitFragment {
     receiver: Receiver,
     /// The unit normal of the face itself.
     facing: DVec3,
@@ -438,15 +438,15 @@ struct Spot {
     finish: Finish,
 }
 
-impl Spot {
-    fn new(fragments: &Fragments<'_>, i: usize) -> Spot {
+impl LitFragment {
+    fn new(fragments: &Fragments<'_>, i: usize) -> LitFragment {
         let position = fragments.position.get(i).copied().unwrap_or_default();
         let finish = fragments.finish[i];
         let smooth = fragments.normal.get(i).map_or(DVec3::ZERO, |n| n.as_dvec3());
         let facing = fragments.facing.get(i).copied().unwrap_or(smooth);
         let normal = if finish.flat { facing } else { smooth };
         let to_eye = if finish.gloss == Gloss::None { DVec3::ZERO } else { fragments.to_eye(i) };
-        Spot { receiver: Receiver { position, normal }, facing, to_eye, finish }
+        LitFragment { receiver: Receiver { position, normal }, facing, to_eye, finish }
     }
 
     /// What its gloss sends to the eye of a part of a source.

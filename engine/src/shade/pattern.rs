@@ -3,17 +3,17 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::fragment::{Fragments, Piece};
+use crate::fragment::{Fragments, LinePiece};
 
 /// Points of what a fragment covers.
 pub(super) struct Spread {
-    pieces: Vec<Piece>,
+    pieces: Vec<LinePiece>,
     /// The length of all pieces.
     length: f64,
 }
 
 impl Spread {
-    pub(super) fn new(pieces: Vec<Piece>) -> Spread {
+    pub(super) fn new(pieces: Vec<LinePiece>) -> Spread {
         let length = pieces.iter().map(|piece| piece.x[1] - piece.x[0]).sum();
         Spread { pieces, length }
     }
@@ -42,7 +42,7 @@ impl Spread {
     fn at(&self, choice: DVec2) -> Option<DVec2> {
         let mut rest = choice.y * self.length;
         let mut found = None;
-        for Piece { x, y } in &self.pieces {
+        for LinePiece { x, y } in &self.pieces {
             let length = x[1] - x[0];
             // What is left of one number says how far down, the other how far to the right.
             let down = (rest / length).clamp(0.0, 1.0);

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Around, Columns, Fragments, Hiding, Layers, Shader};
+use crate::fragment::{Around, Columns, Fragments, Hiding, LightLayers, Shader};
 use crate::packed;
 
 /// Gives surfaces the colour that a picture has where they are seen: the pixel's own, so that a picture of
@@ -111,7 +111,7 @@ impl Shader for PictureColors {
         }
         if let Some(layers) = &mut fragments.layers {
             layers.clear();
-            let rest = layers.layer(Layers::REST, fragments.color.len());
+            let rest = layers.layer(LightLayers::REST, fragments.color.len());
             rest.copy_from_slice(&fragments.color);
         }
     }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::color::Color;
-use crate::fragment::{Around, Columns, Fragments, Hiding, Layers, Shader};
+use crate::fragment::{Around, Columns, Fragments, Hiding, LightLayers, Shader};
 
 /// Changes colours: times `multiply`, plus `add`, towards grey or away from it by `saturation`.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -41,7 +41,7 @@ impl Shader for Recolor {
         if let Some(layers) = &mut fragments.layers {
             layers.map(|_, color| change(color, Color::BLACK));
             let added = change(Color::BLACK, self.add);
-            let rest = layers.layer(Layers::REST, fragments.color.len());
+            let rest = layers.layer(LightLayers::REST, fragments.color.len());
             rest.iter_mut().for_each(|rest| *rest = *rest + added);
         }
     }

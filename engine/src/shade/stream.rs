@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::color::{Color, Kind};
-use crate::fragment::{Around, Columns, Fragments, Hiding, Layers, Shader};
+use crate::color::{Color, ValueKind};
+use crate::fragment::{Around, Columns, Fragments, Hiding, LightLayers, Shader};
 use crate::key::Key;
-use crate::stream::{Fault, Parameter, Program, Variable};
+use crate::stream::{Parameter, Program, ProgramFault, Variable};
 use crate::text::{list, names_object, nearest};
 
 /// Runs a program over fragments. Where it changes a colour that lights made, each light's share of it
@@ -26,12 +26,12 @@ struct Saved {
     code: String,
     parameters: BTreeMap<String, Parameter>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    channels: BTreeMap<String, Kind>,
+    channels: BTreeMap<String, ValueKind>,
 }
 
 impl TryFrom<Saved> for Stream {
-    type Error = Fault;
-    fn try_from(saved: Saved) -> Result<Stream, Fault> {
+    type Error = ProgramFault;
+    fn try_from(saved: Saved) -> Result<Stream, ProgramFault> {
         let program = Program::new(&saved.code, &saved.parameters, &saved.channels)?;
         Ok(Stream { saved, program })
     }
@@ -51,8 +51,8 @@ impl Stream {
     pub fn new(
         code: &str,
         parameters: BTreeMap<String, Parameter>,
-        channels: BTreeMap<String, Kind>,
-    ) -> Result<Stream, Fault> {
+        channels: BTreeMap<String, ValueKind>,
+    ) -> Result<Stream, ProgramFault> {
         Saved { code: code.to_owned(), parameters, channels }.try_into()
     }
 
@@ -137,7 +137,7 @@ impl Shader for Stream {
         if self.program.makes()[1] { Hiding::Changes } else { Hiding::Keeps }
     }
 
-    fn makes_channels(&self) -> Vec<(String, Kind)> {
+    fn makes_channels(&self) -> Vec<(String, ValueKind)> {
         let channels = self.program.makes_channels();
         channels.map(|(_, name)| (name.to_owned(), self.saved.channels[name])).collect()
     }
@@ -257,7 +257,7 @@ impl Shader for Stream {
                 layer * Color::new(factor(o.r, n.r), factor(o.g, n.g), factor(o.b, n.b))
             });
             // What was black has no shares.
-            let rest = layers.layer(Layers::REST, old.len());
+            let rest = layers.layer(LightLayers::REST, old.len());
             for (i, rest) in rest.iter_mut().enumerate() {
                 let left = |old: f32, new: f32| if old > 0.0 { 0.0 } else { new };
                 let (o, n) = (old[i], new[i]);

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use super::pattern::{Pattern, Spread};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Columns, FAR, Finish, Fragments, Hiding, Kept, Layers, Meeting, Member, Optics,
-    Shader, Sight, Stage, World, stack,
+    Around, Batch, Columns, FAR, Finish, Fragments, Hiding, Kept, LightLayers, Meeting, Member,
+    Optics, Shader, Sight, Stage, World, stack,
 };
 use crate::key::{Key, KeyHasher};
 use crate::light::seen::SeenSky;
@@ -77,7 +77,7 @@ struct Met {
 }
 
 /// The fragments that rays met of one member.
-struct Group<'v> {
+struct MetFragments<'v> {
     member: usize,
     fragments: Fragments<'v>,
     /// The places of its fragments in the list of all that were met.
@@ -102,7 +102,7 @@ impl Shader for Trace {
         let turns = fragments.sight.as_ref().map_or(0, |sight| sight.turns);
         let Some(world) = around.world.filter(|_| turns < self.depth) else { return };
         let mut mirrored = vec![Color::BLACK; fragments.len()];
-        let mut shown: Option<Shown> = None;
+        let mut shown: Option<TracedColors> = None;
         let mut next = 0;
         while next < fragments.len() {
             let key = self.key(world, around, next);
@@ -115,7 +115,7 @@ impl Shader for Trace {
                 let bytes = size_of_val(&*met);
                 (met, bytes)
             });
-            let shown = shown.get_or_insert_with(|| Shown::new(fragments));
+            let shown = shown.get_or_insert_with(|| TracedColors::new(fragments));
             self.show(&rays, &met, fragments, (world, around, key), shown);
         }
         if let Some(shown) = shown {
@@ -154,7 +154,7 @@ impl Trace {
             let Some(optics) = finish.optics else { continue };
             let spread = Spread::new(if count > 1 { batch.pieces(i) } else { Vec::new() });
             let pattern = Pattern::of(fragments, i);
-            let surface = Surface::new(fragments, i, &finish);
+            let surface = TracedSurface::new(fragments, i, &finish);
             let plane = (surface.facing, fragments.position[i]);
             let weight = fragments.sight.as_ref().map_or(Color::WHITE, |sight| sight.weight[i]);
             let share = 1.0 / count as f32;
@@ -229,7 +229,9 @@ impl Trace {
                 let known = &casters.pieces()[hit.piece];
                 let widens = fragments.view.pixel_width(0.0).1 * fragments.pixel.x;
                 let width = (fragments.width(followed.fragment) + hit.t * widens) as f32;
-                let Some(seen) = surfaces.met(known.face, sees_front, position) else { continue };
+                let rays = surfaces.rays();
+                let part = rays.and_then(|rays| rays.met(known.face, sees_front, position));
+                let Some(seen) = part else { continue };
                 // A seal that lets something through shows the face that it lies on.
                 let below = (seen != known.face).then_some(known.face);
                 for ordinal in std::iter::once(seen).chain(below) {
@@ -275,13 +277,13 @@ impl Trace {
         met: &[Met],
         fragments: &Fragments<'_>,
         (world, around, key): (&World, &Around<'_>, Key),
-        shown: &mut Shown,
+        shown: &mut TracedColors,
     ) {
         let casters = world.casters().map(|(member, _)| member);
         // What is beyond them all stands at the end.
         let beyond = world.beyond().into_iter().map(|(member, _)| member);
         let members: Vec<usize> = casters.chain(beyond).collect();
-        let mut groups: Vec<Group<'_>> = Vec::new();
+        let mut groups: Vec<MetFragments<'_>> = Vec::new();
         for (place, met) in met.iter().enumerate() {
             let member = members[met.caster as usize];
             let known = groups.iter().position(|group| group.member == member);
@@ -291,8 +293,8 @@ impl Trace {
                 empty.label.clone_from(&world.members()[member].label);
                 let turns = fragments.sight.as_ref().map_or(0, |sight| sight.turns) + 1;
                 empty.sight = Some(Sight { turns, ..Sight::default() });
-                empty.layers = fragments.layers.as_ref().map(|_| Layers::default());
-                groups.push(Group { member, fragments: empty, places: Vec::new() });
+                empty.layers = fragments.layers.as_ref().map(|_| LightLayers::default());
+                groups.push(MetFragments { member, fragments: empty, places: Vec::new() });
                 groups.len() - 1
             });
             groups[at].push(place, met, &rays[met.ray as usize], fragments);
@@ -360,28 +362,28 @@ fn nearest(
 }
 
 /// A surface where a ray turns.
-struct Surface {
+struct TracedSurface {
     normal: DVec3,
     facing: DVec3,
 }
 
 /// How a ray goes on.
-struct Turned {
+struct Onward {
     mirrored: DVec3,
     refracted: Option<DVec3>,
     reflect: Color,
     refract: Color,
 }
 
-impl Surface {
-    fn new(fragments: &Fragments<'_>, i: usize, finish: &Finish) -> Surface {
+impl TracedSurface {
+    fn new(fragments: &Fragments<'_>, i: usize, finish: &Finish) -> TracedSurface {
         let smooth = fragments.normal[i].as_dvec3();
         let facing = fragments.facing.get(i).copied().unwrap_or(smooth);
-        Surface { normal: if finish.flat { facing } else { smooth }, facing }
+        TracedSurface { normal: if finish.flat { facing } else { smooth }, facing }
     }
 
     /// The ways on of a ray that comes along a unit vector, to the front or the back.
-    fn turn(&self, along: DVec3, optics: &Optics, sees_front: bool) -> Turned {
+    fn turn(&self, along: DVec3, optics: &Optics, sees_front: bool) -> Onward {
         // A smooth normal may be turned away from where it is seen.
         let cosine = |normal: DVec3| -normal.dot(along);
         let normal = if cosine(self.normal) > 1e-6 { self.normal } else { self.facing };
@@ -413,7 +415,7 @@ impl Surface {
             (false, None) if !is_solid => (optics.reflect + optics.refract, Color::BLACK),
             (false, None) => (optics.reflect, Color::BLACK),
         };
-        Turned { mirrored: mirrored.normalize_or_zero(), refracted, reflect, refract }
+        Onward { mirrored: mirrored.normalize_or_zero(), refracted, reflect, refract }
     }
 }
 
@@ -425,7 +427,7 @@ fn fresnel(outer: f64, inner: f64, ratio: f64) -> f64 {
     (across * across + along * along) / 2.0
 }
 
-impl Group<'_> {
+impl MetFragments<'_> {
     fn push(&mut self, place: usize, met: &Met, ray: &Followed, from: &Fragments<'_>) {
         let fragments = &mut self.fragments;
         let (i, way) = (ray.fragment, f64::from(met.way));
@@ -489,15 +491,15 @@ impl Batch for Within<'_> {
 }
 
 /// What rays show, by fragment.
-struct Shown {
+struct TracedColors {
     color: Vec<Color>,
-    layers: Option<Layers>,
+    layers: Option<LightLayers>,
 }
 
-impl Shown {
-    fn new(fragments: &Fragments<'_>) -> Shown {
-        let layers = fragments.layers.as_ref().map(|_| Layers::default());
-        Shown { color: vec![Color::BLACK; fragments.len()], layers }
+impl TracedColors {
+    fn new(fragments: &Fragments<'_>) -> TracedColors {
+        let layers = fragments.layers.as_ref().map(|_| LightLayers::default());
+        TracedColors { color: vec![Color::BLACK; fragments.len()], layers }
     }
 
     fn add(&mut self, fragment: usize, share: Color, seen: &Fragments<'_>, i: usize) {
@@ -513,14 +515,14 @@ impl Shown {
     fn add_rest(&mut self, fragment: usize, color: Color) {
         self.color[fragment] = self.color[fragment] + color;
         if let Some(layers) = &mut self.layers {
-            let rest = &mut layers.layer(Layers::REST, self.color.len())[fragment];
+            let rest = &mut layers.layer(LightLayers::REST, self.color.len())[fragment];
             *rest = *rest + color;
         }
     }
 }
 
 /// Adds what rays show to what is left of the fragments' own colours.
-fn blend(fragments: &mut Fragments<'_>, mirrored: &[Color], shown: Shown) {
+fn blend(fragments: &mut Fragments<'_>, mirrored: &[Color], shown: TracedColors) {
     let one = |color: Color| Color::WHITE + color * -1.0;
     let count = fragments.len();
     // By fragment: the factors of its own colour, and of what rays show.
@@ -541,7 +543,7 @@ fn blend(fragments: &mut Fragments<'_>, mirrored: &[Color], shown: Shown) {
     }
     if let Some(layers) = &mut fragments.layers {
         layers.map(|i, color| color * factors[i].0);
-        for (name, colors) in shown.layers.iter().flat_map(Layers::iter) {
+        for (name, colors) in shown.layers.iter().flat_map(LightLayers::iter) {
             let layer = layers.layer(name, count);
             for (i, (layer, color)) in layer.iter_mut().zip(colors).enumerate() {
                 *layer = *layer + *color * factors[i].1;

@@ -7,7 +7,7 @@
 //! line, its ends known exactly with their slopes, and a shadow is the *union* of intervals: nothing is
 //! counted, and it does not matter where the eye is.
 //!
-//! Candidates come from the tree of [`Casters`] over the space between a patch of a face, a few rows high
+//! CasterSearch come from the tree of [`Casters`] over the space between a patch of a face, a few rows high
 //! and some dozens of pixels wide, and the light. The spans of the image are not cut: intervals stand beside
 //! them, light by light, and fragments take the share of their area that is lit.
 
@@ -21,7 +21,7 @@ use crate::camera::{Plane, View};
 use crate::fragment::{Casting, Stage, Surfaces, World, stack};
 use crate::span::layer::Segment;
 use crate::span::{FaceId, SpanImage, slopes};
-use crate::trace::{Candidates, Casters, Shaft, Spaces, Toward, Turn, spaces_of};
+use crate::trace::{CasterSearch, Casters, Shaft, Spaces, Toward, Turn, spaces_of};
 use crate::watch::Watch;
 pub use piece::{Way, lies_in, opacity};
 
@@ -53,7 +53,7 @@ pub struct Dark {
 
 /// A visible part of a face on a line.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct VisiblePart {
     face: FaceId,
     tile: u32,
     k: u32,
@@ -62,14 +62,14 @@ struct Seen {
 }
 
 /// A boundary of a volume along a face: inside where it is not negative.
-type Side = Plane;
+type Boundary = Plane;
 
 /// The shadows of lines: by line, sorted by face and then from left to right.
 pub type Lines = Vec<Vec<Dark>>;
 
 /// The visible parts of faces on some lines, patch by patch: the same for all lights.
 #[derive(Debug, Default)]
-pub struct Patches(Vec<Seen>);
+pub struct Patches(Vec<VisiblePart>);
 
 impl Patches {
     /// The patches of an image on the lines `lines`, of whose `layers` these are seen. Only faces of sources that
@@ -101,13 +101,19 @@ impl Patches {
                     while left < end {
                         let tile = (left / TILE).floor();
                         let right = ((tile + 1.0) * TILE).min(end);
-                        seen.push(Seen { face, tile: tile as u32, k, from: left, to: right });
+                        seen.push(VisiblePart {
+                            face,
+                            tile: tile as u32,
+                            k,
+                            from: left,
+                            to: right,
+                        });
                         left = right;
                     }
                 }
             }
         }
-        let key = |seen: &Seen| (seen.face, seen.tile, seen.k);
+        let key = |seen: &VisiblePart| (seen.face, seen.tile, seen.k);
         seen.sort_unstable_by(|a, b| key(a).cmp(&key(b)).then(a.from.total_cmp(&b.from)));
         Patches(seen)
     }
@@ -129,21 +135,21 @@ pub fn cast(
 ) -> Lines {
     let casters = casting.world.casters().map(|(member, casters)| {
         let spaces = match (casting.less.candidates, casting.from) {
-            (Candidates::SixSpaces, Toward::Point(light)) => Some(casters.spaces(light)),
+            (CasterSearch::SixSpaces, Toward::Point(light)) => Some(casters.spaces(light)),
             _ => None,
         };
         Caster { member, casters, spaces, of_cluster: Vec::new() }
     });
     let casters: Vec<Caster<'_>> = casters.collect();
     let mut dark: Lines = vec![Vec::new(); lines.len()];
-    let mut work = Work { image, casting, casters, sides: Vec::new() };
-    let source = |seen: &Seen| image.locate(seen.face).0;
+    let mut work = ShadowTask { image, casting, casters, sides: Vec::new() };
+    let source = |seen: &VisiblePart| image.locate(seen.face).0;
     // [N], "Shadow processing": cluster by cluster, with only the volumes that can fall on its
     // visible faces.
     for cluster in patches.0.chunk_by(|a, b| source(a) == source(b)) {
         let patches = || cluster.chunk_by(|a, b| (a.face, a.tile) == (b.face, b.tile));
         let made = || patches().filter_map(|spans| Patch::new(image, spans, casting.from));
-        if casting.less.candidates == Candidates::Clusters {
+        if casting.less.candidates == CasterSearch::Clusters {
             work.look_around(made());
         }
         for spans in patches().take_while(|_| !watch.is_stopped()) {
@@ -221,11 +227,11 @@ fn span_of(image: &SpanImage, k: u32, dark: &Dark) -> (f64, f64) {
     found.unwrap_or((dark.start.x, dark.end.x))
 }
 
-struct Work<'a> {
+struct ShadowTask<'a> {
     image: &'a SpanImage,
     casting: &'a Casting<'a>,
     casters: Vec<Caster<'a>>,
-    sides: Vec<Side>,
+    sides: Vec<Boundary>,
 }
 
 /// What casts of one member of the world.
@@ -238,7 +244,7 @@ struct Caster<'a> {
     of_cluster: Vec<u32>,
 }
 
-impl Work<'_> {
+impl ShadowTask<'_> {
     /// Finds what stands between the light and all patches of a cluster: around their ball.
     fn look_around<'p>(&mut self, patches: impl Iterator<Item = Patch<'p>>) {
         let corners: Vec<DVec3> =
@@ -254,8 +260,8 @@ impl Work<'_> {
     }
 
     /// Finds the shadows on a patch of a face.
-    fn patch(&mut self, spans: &[Seen], first: u32, dark: &mut Lines) {
-        let Work { image, casting, casters, sides } = self;
+    fn patch(&mut self, spans: &[VisiblePart], first: u32, dark: &mut Lines) {
+        let ShadowTask { image, casting, casters, sides } = self;
         let Casting { from, world, less } = **casting;
         let Some(patch) = Patch::new(image, spans, from) else { return };
         let shaft = patch.shaft();
@@ -308,9 +314,9 @@ impl Work<'_> {
                 }
             };
             match (less.candidates, from) {
-                (Candidates::Shafts, _) => casters.within(&shaft, cast),
-                (Candidates::Clusters, _) => of_cluster.iter().for_each(|p| cast(*p as usize)),
-                (Candidates::SixSpaces, Toward::Point(light)) => {
+                (CasterSearch::Shafts, _) => casters.within(&shaft, cast),
+                (CasterSearch::Clusters, _) => of_cluster.iter().for_each(|p| cast(*p as usize)),
+                (CasterSearch::SixSpaces, Toward::Point(light)) => {
                     let Some((spaces, corners)) = spaces.as_ref().zip(patch.corners()) else {
                         (0..casters.pieces().len()).for_each(cast);
                         continue;
@@ -322,7 +328,7 @@ impl Work<'_> {
                     pieces.dedup();
                     pieces.into_iter().for_each(|piece| cast(piece as usize));
                 }
-                (Candidates::SixSpaces | Candidates::All, _) => {
+                (CasterSearch::SixSpaces | CasterSearch::All, _) => {
                     (0..casters.pieces().len()).for_each(cast);
                 }
             }
@@ -372,7 +378,7 @@ struct Patch<'a> {
 
 impl Patch<'_> {
     /// The patch of some spans; `None` if it faces away from the light, and is dark by itself.
-    fn new<'a>(image: &'a SpanImage, spans: &[Seen], from: Toward) -> Option<Patch<'a>> {
+    fn new<'a>(image: &'a SpanImage, spans: &[VisiblePart], from: Toward) -> Option<Patch<'a>> {
         let view = image.view();
         let (source, face) = image.face(spans[0].face);
         // What moved it came after what lights it: the world knows of no moves.
@@ -442,7 +448,7 @@ impl Patch<'_> {
     }
 
     /// The sides of the volume that a piece casts, as seen along the face. False if it casts none on it.
-    fn volume(&self, casters: &Casters, piece: usize, sides: &mut Vec<Side>) -> bool {
+    fn volume(&self, casters: &Casters, piece: usize, sides: &mut Vec<Boundary>) -> bool {
         if lies_in(casters, piece, self.plane) {
             return false;
         }
@@ -526,7 +532,7 @@ impl Patch<'_> {
 
 /// The part of a line inside all sides.
 #[inline]
-fn interval(sides: &[Side], y: f64, within: Range<f64>) -> Option<(End, End)> {
+fn interval(sides: &[Boundary], y: f64, within: Range<f64>) -> Option<(End, End)> {
     // A volume is convex: what a line has of it is one interval, from the last side that it comes
     // in by to the first that it leaves by.
     let mut start = End { x: within.start, slope: 0.0 };

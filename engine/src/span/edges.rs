@@ -39,17 +39,17 @@ impl Occupied {
 /// The edges of one face, sorted by their upper ends. Every range of them is a tree whose root stands in
 /// its middle.
 #[derive(Clone, Debug)]
-struct Tree {
+struct EdgeTree {
     sides: Vec<Side>,
     /// By place of a root: the lowest end of all edges of its tree.
     lowest: Vec<f64>,
 }
 
-impl Tree {
-    fn new(sides: impl Iterator<Item = Side>) -> Tree {
+impl EdgeTree {
+    fn new(sides: impl Iterator<Item = Side>) -> EdgeTree {
         let mut sides: Vec<Side> = sides.collect();
         sides.sort_by(|a, b| a.edge.top.y.total_cmp(&b.edge.top.y));
-        let mut tree = Tree { lowest: vec![f64::NEG_INFINITY; sides.len()], sides };
+        let mut tree = EdgeTree { lowest: vec![f64::NEG_INFINITY; sides.len()], sides };
         tree.lowest_of(0, tree.sides.len());
         tree
     }
@@ -85,11 +85,11 @@ impl Tree {
 
 /// The sorted edges of those faces of a table that have many, each made when it is first asked for.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Trees(OnceLock<Vec<(u32, OnceLock<Tree>)>>);
+pub(super) struct Trees(OnceLock<Vec<(u32, OnceLock<EdgeTree>)>>);
 
 impl Trees {
     /// The tree of a face of `table`; `None` if it has few edges.
-    fn of(&self, table: &FaceTable, face: &Face) -> Option<&Tree> {
+    fn of(&self, table: &FaceTable, face: &Face) -> Option<&EdgeTree> {
         if table.corner_count(face) < MANY {
             return None;
         }
@@ -98,7 +98,7 @@ impl Trees {
             many.map(|face| (face.ordinal, OnceLock::new())).collect()
         });
         let at = trees.binary_search_by_key(&face.ordinal, |(ordinal, _)| *ordinal).ok()?;
-        Some(trees[at].1.get_or_init(|| Tree::new(table.sides(face))))
+        Some(trees[at].1.get_or_init(|| EdgeTree::new(table.sides(face))))
     }
 }
 
@@ -189,7 +189,7 @@ mod tests {
                 Side { ring: place % 3, place, edge }
             };
             let sides: Vec<Side> = (0..count).map(&mut side).collect();
-            let tree = Tree::new(sides.iter().copied());
+            let tree = EdgeTree::new(sides.iter().copied());
             for i in 0..200 {
                 let (top, bottom) = (f64::from(i) * 0.1 - 1.0, f64::from(i) * 0.1 - 1.0);
                 let bottom = bottom + f64::from(i % 5) * 0.3;

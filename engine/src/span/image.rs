@@ -12,7 +12,7 @@ use super::per_line::PerLine;
 use super::{Face, FaceId, OnLine, Probe, Probing, Source, Stage, Union};
 use crate::cache::{Shelf, cache};
 use crate::camera::{Plane, View};
-use crate::color::{Color, Kind};
+use crate::color::{Color, ValueKind};
 use crate::error::{Error, Result};
 use crate::fragment::{Columns, Environment, Member, Shader, Shading, World, object_name};
 use crate::raster::{LinePlan, Rows};
@@ -197,7 +197,7 @@ impl SpanImage {
     pub fn names(&self) -> Option<[BTreeSet<String>; 2]> {
         let mut all = [BTreeSet::new(), BTreeSet::new()];
         for source in &self.sources {
-            let [objects, materials] = source.surfaces.names()?;
+            let [objects, materials] = source.surfaces.provenance()?.names()?;
             all[0].extend(objects.iter().map(|path| object_name(&source.label, path)));
             all[1].extend(materials);
         }
@@ -206,7 +206,7 @@ impl SpanImage {
 
     /// What the scenes say of their surroundings: the first source's whose scene says anything.
     pub fn environment(&self) -> Option<&Environment> {
-        self.sources.iter().find_map(|source| source.surfaces.environment())
+        self.sources.iter().find_map(|source| source.surfaces.provenance()?.environment())
     }
 
     /// All that was done to the colours of its sources, the last first.
@@ -366,7 +366,7 @@ impl SpanImage {
     }
 
     /// The channels that shaders made beside colours, by name: three numbers if any of them made three.
-    pub fn made_channels(&self) -> BTreeMap<String, Kind> {
+    pub fn made_channels(&self) -> BTreeMap<String, ValueKind> {
         let stages = self.sources.iter().flat_map(|source| &source.stack);
         let shaders = stages.filter_map(|stage| match stage {
             Stage::Shade(shading) => Some(shading.shader()),

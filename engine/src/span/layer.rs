@@ -92,7 +92,7 @@ pub struct Stack {
 }
 
 /// A segment that is seen where the line is looked at.
-struct Seen {
+struct SeenSegment {
     face: OnLine,
     end: u32,
     /// The one behind it, and the cell at which that comes before it; beyond all if it does not before one ends.
@@ -110,7 +110,7 @@ pub fn stacks(
     on_line: impl Fn(FaceId) -> OnLine,
     mut each: impl FnMut(Stack),
 ) {
-    let mut seen: Vec<Seen> = Vec::new();
+    let mut seen: Vec<SeenSegment> = Vec::new();
     let mut waiting = segments.iter().peekable();
     for (range, opaque) in line::segments(line, cells) {
         let mut x = range.start;
@@ -123,7 +123,7 @@ pub fn stacks(
             while let Some(segment) = waiting.next_if(|segment| segment.start <= x) {
                 let (face, end) = (on_line(segment.face), segment.end);
                 let at = seen.partition_point(|layer| layer.face.compare(&face, x).is_gt());
-                seen.insert(at, Seen { face, end, behind: FaceId::NONE, until: u32::MAX });
+                seen.insert(at, SeenSegment { face, end, behind: FaceId::NONE, until: u32::MAX });
             }
             look_behind(&mut seen, x);
             let next = waiting.peek().map_or(range.end, |segment| segment.start.min(range.end));
@@ -136,7 +136,7 @@ pub fn stacks(
 }
 
 /// Finds where layers, in their order at `x`, are crossed by those that have come to be behind them.
-fn look_behind(seen: &mut [Seen], x: u32) {
+fn look_behind(seen: &mut [SeenSegment], x: u32) {
     for i in 0..seen.len() {
         let next = seen.get(i + 1).map_or(FaceId::NONE, |next| next.face.face());
         if seen[i].behind != next {

@@ -10,6 +10,7 @@ use super::probe::probing;
 use super::{FaceId, Layers, Lines, SpanImage};
 use crate::error::{Error, Result};
 use crate::raster::Raster;
+use crate::watch::Watch;
 
 /// A program that knows where its faces are on a line of any height. Its images can be
 /// [probed](SpanImage::probed), so that `Adaptive` and `Exact` hold for them too.
@@ -107,7 +108,11 @@ impl SpanImage {
         find: impl Fn(f64, u32, &mut Candidates<'_>) -> Result<()> + Sync,
     ) -> Result<SpanImage> {
         let range = self.lines().range();
+        let watch = Watch::current();
+        watch.begin(range.len());
         let seen = range.clone().into_par_iter().map(|k| {
+            watch.check()?;
+            watch.step();
             let mut found = Candidates::new(self, self.wanted(k));
             find(self.y(k), k, &mut found)?;
             Ok(found.seen(self.y(k)))

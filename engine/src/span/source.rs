@@ -119,7 +119,11 @@ impl Source {
         match (knows_all(self), knows_all(other)) {
             (true, _) => self.surfaces.clone(),
             (_, true) => other.surfaces.clone(),
-            _ => self.surfaces.united(&*other.surfaces).unwrap_or_else(|| self.surfaces.clone()),
+            _ => {
+                let united = self.surfaces.provenance();
+                let united = united.and_then(|provenance| provenance.united(&*other.surfaces));
+                united.unwrap_or_else(|| self.surfaces.clone())
+            }
         }
     }
 }

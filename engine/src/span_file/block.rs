@@ -27,7 +27,7 @@ const COMPRESSION: u32 = 5;
 
 /// What a block holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum BlockKind {
     /// What the file is of, as JSON.
     Head,
     /// A scene: `a` is its place in the head's list.
@@ -42,21 +42,22 @@ pub(super) enum Kind {
     Unknown([u8; 4]),
 }
 
-impl Kind {
+impl BlockKind {
     fn name(self) -> [u8; 4] {
         match self {
-            Kind::Head => *b"head",
-            Kind::Scene => *b"scen",
-            Kind::Lines => *b"line",
-            Kind::Faces => *b"face",
-            Kind::End => *b"end ",
-            Kind::Unknown(name) => name,
+            BlockKind::Head => *b"head",
+            BlockKind::Scene => *b"scen",
+            BlockKind::Lines => *b"line",
+            BlockKind::Faces => *b"face",
+            BlockKind::End => *b"end ",
+            BlockKind::Unknown(name) => name,
         }
     }
 
-    fn of(name: [u8; 4]) -> Kind {
-        let known = [Kind::Head, Kind::Scene, Kind::Lines, Kind::Faces, Kind::End];
-        known.into_iter().find(|kind| kind.name() == name).unwrap_or(Kind::Unknown(name))
+    fn of(name: [u8; 4]) -> BlockKind {
+        let known =
+            [BlockKind::Head, BlockKind::Scene, BlockKind::Lines, BlockKind::Faces, BlockKind::End];
+        known.into_iter().find(|kind| kind.name() == name).unwrap_or(BlockKind::Unknown(name))
     }
 }
 
@@ -72,7 +73,7 @@ impl Packed {
     ///
     /// # Errors
     /// If they are more than a block holds.
-    pub(super) fn new(kind: Kind, a: u32, b: u32, raw: Vec<u8>) -> Result<Packed> {
+    pub(super) fn new(kind: BlockKind, a: u32, b: u32, raw: Vec<u8>) -> Result<Packed> {
         if raw.len() as u64 > MAX_RAW {
             let what = String::from_utf8_lossy(&kind.name()).into_owned();
             return Err(Error::invalid(format!(
@@ -115,7 +116,7 @@ pub(super) fn write_preface(out: &mut impl Write) -> std::io::Result<()> {
 /// A block in a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block {
-    pub(super) kind: Kind,
+    pub(super) kind: BlockKind,
     pub(super) a: u32,
     pub(super) b: u32,
     /// Where its head begins.
@@ -146,7 +147,7 @@ impl Block {
             ));
         }
         let block = Block {
-            kind: Kind::of(four(0)),
+            kind: BlockKind::of(four(0)),
             a: u32_at(4),
             b: u32_at(8),
             offset,
@@ -197,10 +198,10 @@ impl std::fmt::Display for Block {
         let name = self.kind.name();
         write!(f, "block \"{}\"", String::from_utf8_lossy(&name).escape_debug())?;
         match self.kind {
-            Kind::Scene => write!(f, " (scene {a})"),
-            Kind::Lines => write!(f, " (lines {a} to {})", u64::from(a) + u64::from(b)),
-            Kind::Faces => write!(f, " ({b} faces of source {a})"),
-            Kind::Head | Kind::End | Kind::Unknown(_) => Ok(()),
+            BlockKind::Scene => write!(f, " (scene {a})"),
+            BlockKind::Lines => write!(f, " (lines {a} to {})", u64::from(a) + u64::from(b)),
+            BlockKind::Faces => write!(f, " ({b} faces of source {a})"),
+            BlockKind::Head | BlockKind::End | BlockKind::Unknown(_) => Ok(()),
         }
     }
 }
@@ -253,7 +254,7 @@ pub(super) fn scan(path: &Path, file: &mut File) -> Result<Vec<Block>> {
                 format!("the file is truncated in it, at byte {length}: write it again"),
             ));
         }
-        if block.kind == Kind::End {
+        if block.kind == BlockKind::End {
             if block.a as usize != blocks.len() {
                 let message = format!("{} blocks stand before it, not {}", blocks.len(), block.a);
                 return Err(block.fault(path, message));

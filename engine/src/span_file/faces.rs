@@ -4,7 +4,7 @@ use glam::DVec2;
 use std::collections::HashMap;
 
 use super::column::{Bytes, Fault, put, put_doubles, put_floats, put_run};
-use super::stored::{FaceLook, Look, Looks};
+use super::stored::{FaceLook, Looks, StoredLook};
 use crate::camera::Plane;
 use crate::color::Color;
 use crate::error::Error;
@@ -24,7 +24,12 @@ const KNOWN: u8 = 63;
 
 /// A chunk of faces as bytes: those at `places` of a table, whose ids are `first_id` and their places, with
 /// what they look like.
-pub(super) fn encode(table: &FaceTable, places: &[u32], first_id: u32, looks: &[Look]) -> Vec<u8> {
+pub(super) fn encode(
+    table: &FaceTable,
+    places: &[u32],
+    first_id: u32,
+    looks: &[StoredLook],
+) -> Vec<u8> {
     let faces = || places.iter().map(|place| &table.faces()[*place as usize]);
     let (mut ids, mut ordinals, mut flags) = (Vec::new(), Vec::new(), Vec::new());
     let (mut ranks, mut parents) = (Vec::new(), Vec::new());

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::block::{self, Block, Kind, MAX_LINES};
+use super::block::{self, Block, BlockKind, MAX_LINES};
 use super::column::Bytes;
 use super::faces::Faces;
 use super::head::{Head, MemberHead};
@@ -170,7 +170,7 @@ impl SpanFile {
 
     /// Bytes in the file of the head, the scenes, the lines and the faces.
     pub fn bytes(&self) -> [u64; 4] {
-        let kinds = [Kind::Head, Kind::Scene, Kind::Lines, Kind::Faces];
+        let kinds = [BlockKind::Head, BlockKind::Scene, BlockKind::Lines, BlockKind::Faces];
         kinds.map(|kind| self.blocks.iter().filter(|b| b.kind == kind).map(|b| b.stored).sum())
     }
 
@@ -360,7 +360,7 @@ fn in_worlds(stack: &[Stage], worlds: &HashMap<Key, Arc<World>>) -> Vec<Stage> {
 fn line_blocks(path: &Path, blocks: &[Block], all: Range<u32>) -> Result<Vec<Block>> {
     let mut lines: Vec<Block> = Vec::new();
     let mut next = all.start;
-    for block in blocks.iter().filter(|block| block.kind == Kind::Lines) {
+    for block in blocks.iter().filter(|block| block.kind == BlockKind::Lines) {
         if block.a != next || !(1..=MAX_LINES).contains(&block.b) {
             let message =
                 format!("line {next} should come next, and at most {MAX_LINES} lines in a block");
@@ -381,9 +381,9 @@ fn line_blocks(path: &Path, blocks: &[Block], all: Range<u32>) -> Result<Vec<Blo
 fn open_head(path: &Path) -> Result<(File, Vec<Block>, Head)> {
     let mut file = File::open(path).map_err(|e| Error::file(path, e))?;
     let blocks = block::scan(path, &mut file)?;
-    let first = blocks.first().filter(|block| block.kind == Kind::Head);
+    let first = blocks.first().filter(|block| block.kind == BlockKind::Head);
     let first = first.ok_or_else(|| Error::at_byte(path, 16, "the first block is not \"head\""))?;
-    if let Some(second) = blocks[1..].iter().find(|block| block.kind == Kind::Head) {
+    if let Some(second) = blocks[1..].iter().find(|block| block.kind == BlockKind::Head) {
         return Err(second.fault(path, "it is there twice"));
     }
     let text = first.unpack(path, first.read(path, &mut file)?)?;
@@ -435,7 +435,7 @@ fn read_faces(
 ) -> Result<(Vec<Faces>, Vec<(u32, usize, usize)>)> {
     let mut tables: Vec<Faces> = (0..sources).map(|_| Faces::default()).collect();
     let mut ids: Vec<(u32, usize, usize)> = Vec::new();
-    for block in blocks.iter().filter(|block| block.kind == Kind::Faces) {
+    for block in blocks.iter().filter(|block| block.kind == BlockKind::Faces) {
         let at = block.a as usize;
         let body = block.read(path, file)?;
         let raw = block.unpack(path, body)?;

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::block::{Block, Kind};
+use super::block::{Block, BlockKind};
 use super::head::{Head, SceneHead};
 use crate::error::{Error, Result};
 use crate::fragment::{Origin, Surfaces};
@@ -52,7 +52,7 @@ pub(super) fn find_surfaces(
 ) -> Result<(Vec<Found>, Vec<SceneState>)> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut contents: Vec<Option<Arc<[u8]>>> = vec![None; head.scenes.len()];
-    for block in blocks.iter().filter(|block| block.kind == Kind::Scene) {
+    for block in blocks.iter().filter(|block| block.kind == BlockKind::Scene) {
         let slot = contents.get_mut(block.a as usize);
         let slot = slot.ok_or_else(|| block.fault(path, "there is no such scene in the head"))?;
         *slot = Some(block.unpack(path, block.read(path, file)?)?.into());

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::fragment::{Columns, Fragments, Origin, Surfaces};
+use crate::fragment::{Columns, Fragments, Origin, Provenance, Surfaces};
 
 /// What a face looks like by itself: \[N]'s colour table.
 #[derive(Clone, Debug)]
-pub(super) struct Look {
+pub(super) struct StoredLook {
     pub(super) color: Color,
     pub(super) alpha: f32,
     pub(super) unlit: bool,
@@ -128,18 +128,8 @@ impl Surfaces for Stored {
         look.map_or(String::new(), |look| self.looks.objects[look.object as usize].clone())
     }
 
-    fn origin(&self) -> Option<Origin> {
-        self.origin.clone()
-    }
-
-    fn united(&self, other: &dyn Surfaces) -> Option<Arc<dyn Surfaces>> {
-        let other = (other as &dyn Any).downcast_ref::<Stored>()?;
-        // What came with its contents is better than what must be found, and this than nothing.
-        let worth = |origin: &&Origin| origin.contents.is_some();
-        let origins = self.origin.iter().chain(&other.origin);
-        let origin = origins.min_by_key(|origin| !worth(origin)).cloned();
-        let looks = self.looks.united(&other.looks);
-        Some(Arc::new(Stored { looks, origin, why: self.why.clone() }))
+    fn provenance(&self) -> Option<&dyn Provenance> {
+        Some(self)
     }
 
     fn offers(&self, wanted: Columns) -> Result<()> {
@@ -152,6 +142,22 @@ impl Surfaces for Stored {
             )));
         }
         Ok(())
+    }
+}
+
+impl Provenance for Stored {
+    fn origin(&self) -> Option<Origin> {
+        self.origin.clone()
+    }
+
+    fn united(&self, other: &dyn Surfaces) -> Option<Arc<dyn Surfaces>> {
+        let other = (other as &dyn Any).downcast_ref::<Stored>()?;
+        // What came with its contents is better than what must be found, and this than nothing.
+        let worth = |origin: &&Origin| origin.contents.is_some();
+        let origins = self.origin.iter().chain(&other.origin);
+        let origin = origins.min_by_key(|origin| !worth(origin)).cloned();
+        let looks = self.looks.united(&other.looks);
+        Some(Arc::new(Stored { looks, origin, why: self.why.clone() }))
     }
 }
 
@@ -169,8 +175,8 @@ pub(super) fn looks(
     fragments: &Fragments<'_>,
     varies: impl Fn(u32) -> bool,
     object: impl Fn(u32) -> String,
-) -> Vec<Look> {
-    let look = |i: usize| Look {
+) -> Vec<StoredLook> {
+    let look = |i: usize| StoredLook {
         color: fragments.color[i],
         alpha: fragments.alpha[i],
         unlit: fragments.unlit.get(i).copied().unwrap_or(false),

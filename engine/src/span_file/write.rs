@@ -8,11 +8,11 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::block::{self, Kind, Packed};
+use super::block::{self, BlockKind, Packed};
 use super::faces;
 use super::head::{Head, SceneHead};
 use super::lines::Encoder;
-use super::stored::{Look, looks, varies};
+use super::stored::{StoredLook, looks, varies};
 use crate::error::{Error, Result};
 use crate::fragment::{Anywhere, Columns, Fragments, Origin, Surfaces};
 use crate::key::Key;
@@ -155,9 +155,9 @@ impl<'w, W: Write> Writer<'w, W> {
         let text = serde_json::to_vec_pretty(&head)
             .map_err(|e| Error::output(path, format!("its head cannot be written: {e}")))?;
         block::write_preface(writer.out).map_err(|e| Error::output(path, e))?;
-        writer.put(&Packed::new(Kind::Head, 0, 0, text)?)?;
+        writer.put(&Packed::new(BlockKind::Head, 0, 0, text)?)?;
         for (place, contents) in contents {
-            writer.put(&Packed::new(Kind::Scene, place as u32, 0, contents.to_vec())?)?;
+            writer.put(&Packed::new(BlockKind::Scene, place as u32, 0, contents.to_vec())?)?;
         }
         Ok(writer)
     }
@@ -201,7 +201,8 @@ impl<'w, W: Write> Writer<'w, W> {
                     let looks = looks_of(frame, seen, at, places, shaded);
                     let varying = looks.iter().filter(|look| look.varies).count();
                     let raw = faces::encode(table, places, frame.id(at, 0).0, &looks);
-                    let packed = Packed::new(Kind::Faces, at as u32, places.len() as u32, raw)?;
+                    let packed =
+                        Packed::new(BlockKind::Faces, at as u32, places.len() as u32, raw)?;
                     Ok((packed, varying))
                 })
                 .collect::<Result<_>>()?;
@@ -211,14 +212,20 @@ impl<'w, W: Write> Writer<'w, W> {
                 self.put(&packed)?;
             }
         }
-        let end = Packed::new(Kind::End, self.blocks, 0, Vec::new())?;
+        let end = Packed::new(BlockKind::End, self.blocks, 0, Vec::new())?;
         end.write(self.out).map_err(|e| Error::output(self.path, e))?;
         Ok(self.written)
     }
 }
 
 /// What faces of a source look like, each where it is seen: by themselves, or shaded.
-fn looks_of(frame: &SpanImage, seen: &Seen, at: usize, places: &[u32], shaded: bool) -> Vec<Look> {
+fn looks_of(
+    frame: &SpanImage,
+    seen: &Seen,
+    at: usize,
+    places: &[u32],
+    shaded: bool,
+) -> Vec<StoredLook> {
     let source = &frame.sources()[at];
     let raster = frame.view().raster();
     let mut fragments = Fragments::new(frame.view());
@@ -270,7 +277,7 @@ fn pack(image: &SpanImage, run: Range<u32>) -> Result<Vec<Packed>> {
             if has_cuts {
                 cuts.finish(&mut raw);
             }
-            packed.push(Packed::new(Kind::Lines, first, k + 1 - first, raw)?);
+            packed.push(Packed::new(BlockKind::Lines, first, k + 1 - first, raw)?);
             (spans, layers, cuts) = new();
             first = k + 1;
         }

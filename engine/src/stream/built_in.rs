@@ -1,6 +1,6 @@
 //! The functions of the language; names and ranges are those of SeExpr and OSL.
 
-use super::Fault;
+use super::ProgramFault;
 use super::compile::{Compiler, Value, meant};
 use super::run::{Binary, Op, Unary};
 
@@ -78,19 +78,19 @@ impl Compiler<'_> {
         at: usize,
         name: &str,
         values: &[Value],
-    ) -> Result<Value, Fault> {
+    ) -> Result<Value, ProgramFault> {
         let Some((_, least, most)) = FUNCTIONS.iter().find(|(known, ..)| *known == name) else {
             let mut known: Vec<&str> = names().collect();
             known.extend(self.functions.keys());
             known.sort_unstable();
             let message = format!("there is no function \"{name}\": {}", meant(name, &known));
-            return Err(Fault::new(at, message));
+            return Err(ProgramFault::new(at, message));
         };
         if !(least..=most).contains(&&values.len()) {
             let wanted =
                 if least == most { least.to_string() } else { format!("{least} to {most}") };
             let message = format!("{name} takes {wanted} values, not {}", values.len());
-            return Err(Fault::new(at, message));
+            return Err(ProgramFault::new(at, message));
         }
         let x = &values[0];
         let plain = |this: &mut Self, op| this.each(op, x);
@@ -370,28 +370,28 @@ impl Compiler<'_> {
         message: &str,
         value: &Value,
         known: std::ops::RangeInclusive<u32>,
-    ) -> Result<u32, Fault> {
+    ) -> Result<u32, ProgramFault> {
         let number = self.ops[value.parts[0] as usize].as_number();
         let kind = number.filter(|number| known.clone().any(|kind| kind as f32 == *number));
-        kind.map(|kind| kind as u32).ok_or_else(|| Fault::new(at, message.to_owned()))
+        kind.map(|kind| kind as u32).ok_or_else(|| ProgramFault::new(at, message.to_owned()))
     }
 
-    fn constant(&mut self, number: f32) -> Result<Value, Fault> {
+    fn constant(&mut self, number: f32) -> Result<Value, ProgramFault> {
         Ok(Value { parts: vec![self.number(number)?], width: self.number(0.0)? })
     }
 
-    fn scaled(&mut self, value: &Value, by: f32) -> Result<Value, Fault> {
+    fn scaled(&mut self, value: &Value, by: f32) -> Result<Value, ProgramFault> {
         let by = self.constant(by)?;
         self.binary("*", value, &by)
     }
 
-    fn parted(&mut self, op: Binary, a: &Value, b: &Value) -> Result<Value, Fault> {
+    fn parted(&mut self, op: Binary, a: &Value, b: &Value) -> Result<Value, ProgramFault> {
         let parts = self.pairs(op, a, b)?;
         Ok(Value { parts, width: self.two(Binary::Max, a.width, b.width)? })
     }
 
     /// Where a value lies between two, 0 to 1.
-    fn share(&mut self, x: &Value, from: &Value, to: &Value) -> Result<Value, Fault> {
+    fn share(&mut self, x: &Value, from: &Value, to: &Value) -> Result<Value, ProgramFault> {
         let way = self.binary("-", x, from)?;
         let whole = self.binary("-", to, from)?;
         let t = self.binary("/", &way, &whole)?;
@@ -400,12 +400,12 @@ impl Compiler<'_> {
         self.parted(Binary::Min, &t, &one)
     }
 
-    fn dot(&mut self, a: &Value, b: &Value) -> Result<u32, Fault> {
+    fn dot(&mut self, a: &Value, b: &Value) -> Result<u32, ProgramFault> {
         let (x, y) = (self.spread(a), self.spread(b));
         self.push(Op::Dot(x, y))
     }
 
-    fn luminance(&mut self, color: &Value) -> Result<u32, Fault> {
+    fn luminance(&mut self, color: &Value) -> Result<u32, ProgramFault> {
         let weights = [0.2126, 0.7152, 0.0722].map(|weight| self.number(weight));
         let mut parts = Vec::new();
         for weight in weights {
@@ -416,7 +416,7 @@ impl Compiler<'_> {
     }
 
     /// A place, far from itself for other noise of it.
-    fn moved(&mut self, value: &Value, k: u32) -> Result<[u32; 3], Fault> {
+    fn moved(&mut self, value: &Value, k: u32) -> Result<[u32; 3], ProgramFault> {
         let from = self.spread(value);
         let mut moved = from;
         if k > 0 {
@@ -429,7 +429,7 @@ impl Compiler<'_> {
     }
 
     /// From -1 to 1 to 0 to 1.
-    fn halved(&mut self, value: u32) -> Result<u32, Fault> {
+    fn halved(&mut self, value: u32) -> Result<u32, ProgramFault> {
         let half = self.number(0.5)?;
         let scaled = self.two(Binary::Multiply, value, half)?;
         self.two(Binary::Add, scaled, half)

@@ -4,10 +4,10 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::built_in;
-use super::parse::{Expr, Function, Kind, Statement, Tree};
+use super::parse::{Expr, ExprKind, Function, Statement, SyntaxTree};
 use super::run::{Binary, Op, Pair, Unary};
 use super::variable::Variable;
-use super::{Fault, Parameter};
+use super::{Parameter, ProgramFault};
 use crate::color;
 use crate::text::{list, nearest};
 
@@ -54,10 +54,10 @@ pub(super) struct Compiled {
 }
 
 pub(super) fn compile(
-    tree: &Tree,
+    tree: &SyntaxTree,
     parameters: &BTreeMap<String, Parameter>,
-    channels: &BTreeMap<String, color::Kind>,
-) -> Result<Compiled, Fault> {
+    channels: &BTreeMap<String, color::ValueKind>,
+) -> Result<Compiled, ProgramFault> {
     let mut compiler = Compiler {
         ops: Vec::new(),
         known: HashMap::new(),
@@ -72,11 +72,11 @@ pub(super) fn compile(
         let before = &tree.functions[..number];
         if before.iter().any(|other| other.name == function.name) {
             let message = format!("there are two functions \"{}\"", function.name);
-            return Err(Fault::new(function.at, message));
+            return Err(ProgramFault::new(function.at, message));
         }
         if built_in::names().any(|name| name == function.name) {
             let message = format!("there is a function \"{}\" already", function.name);
-            return Err(Fault::new(function.at, message));
+            return Err(ProgramFault::new(function.at, message));
         }
     }
     for name in channels.keys() {
@@ -84,18 +84,18 @@ pub(super) fn compile(
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
         if !is_name {
             let message = format!("a channel \"{name}\": a name is letters, digits and _");
-            return Err(Fault::new(0, message));
+            return Err(ProgramFault::new(0, message));
         }
         if is_given(name) || parameters.contains_key(name) {
             let message = format!("the channel \"{name}\" has the name of something else");
-            return Err(Fault::new(0, message));
+            return Err(ProgramFault::new(0, message));
         }
     }
     let mut names = Names::new();
     for (name, parameter) in parameters {
         if is_given(name) {
             let message = format!("the parameter \"{name}\" has the name of a variable");
-            return Err(Fault::new(0, message));
+            return Err(ProgramFault::new(0, message));
         }
         let numbers: Vec<f32> = match parameter {
             Parameter::Number(number) => vec![*number],
@@ -114,11 +114,11 @@ pub(super) fn compile(
     }
     let outputs = [("color", Output::Color), ("alpha", Output::Alpha), ("normal", Output::Normal)];
     for (name, kind) in channels {
-        if *kind == color::Kind::Number
+        if *kind == color::ValueKind::Number
             && named.get(name).is_some_and(|value| value.parts.len() > 1)
         {
             let message = format!("the channel \"{name}\" is a Number, and is given a vector");
-            return Err(Fault::new(0, message));
+            return Err(ProgramFault::new(0, message));
         }
     }
     let of_channels = (0..).zip(channels.keys());
@@ -129,7 +129,7 @@ pub(super) fn compile(
         .collect();
     if outputs.is_empty() {
         let message = "the program makes nothing: assign color, alpha, normal or a channel, or end with a colour";
-        return Err(Fault::new(0, message.to_owned()));
+        return Err(ProgramFault::new(0, message.to_owned()));
     }
     let Compiler { ops, patterns, .. } = compiler;
     let mut made = Compiled { ops, places: Vec::new(), patterns, outputs };
@@ -146,7 +146,7 @@ pub(super) struct Compiler<'a> {
     pub(super) ops: Vec<Op>,
     known: HashMap<Op, u32>,
     patterns: Vec<String>,
-    channels: &'a BTreeMap<String, color::Kind>,
+    channels: &'a BTreeMap<String, color::ValueKind>,
     pub(super) functions: HashMap<&'a str, &'a Function>,
     /// The functions that are written out, one inside of another.
     calls: Vec<&'a str>,
@@ -168,7 +168,7 @@ fn is_given(name: &str) -> bool {
 }
 
 impl Compiler<'_> {
-    pub(super) fn push(&mut self, op: Op) -> Result<u32, Fault> {
+    pub(super) fn push(&mut self, op: Op) -> Result<u32, ProgramFault> {
         let op = op.folded(&self.ops);
         // The same instruction on the same registers makes the same value: it is there already.
         if let Some(known) = self.known.get(&op) {
@@ -178,7 +178,7 @@ impl Compiler<'_> {
             let message = format!(
                 "the program has more than {MOST} instructions, with its functions written out"
             );
-            return Err(Fault::new(0, message));
+            return Err(ProgramFault::new(0, message));
         }
         let at = self.ops.len() as u32;
         self.ops.push(op);
@@ -186,19 +186,19 @@ impl Compiler<'_> {
         Ok(at)
     }
 
-    pub(super) fn number(&mut self, number: f32) -> Result<u32, Fault> {
+    pub(super) fn number(&mut self, number: f32) -> Result<u32, ProgramFault> {
         self.push(Op::number(number))
     }
 
-    pub(super) fn one(&mut self, op: Unary, a: u32) -> Result<u32, Fault> {
+    pub(super) fn one(&mut self, op: Unary, a: u32) -> Result<u32, ProgramFault> {
         self.push(Op::Unary(op, a))
     }
 
-    pub(super) fn two(&mut self, op: Binary, a: u32, b: u32) -> Result<u32, Fault> {
+    pub(super) fn two(&mut self, op: Binary, a: u32, b: u32) -> Result<u32, ProgramFault> {
         self.push(Op::Binary(op, a, b))
     }
 
-    pub(super) fn choose(&mut self, c: u32, a: u32, b: u32) -> Result<u32, Fault> {
+    pub(super) fn choose(&mut self, c: u32, a: u32, b: u32) -> Result<u32, ProgramFault> {
         self.push(Op::Select(c, a, b))
     }
 
@@ -207,13 +207,13 @@ impl Compiler<'_> {
         [at(0), at(1), at(2)]
     }
 
-    fn run(&mut self, statements: &[Statement], names: &mut Names) -> Result<(), Fault> {
+    fn run(&mut self, statements: &[Statement], names: &mut Names) -> Result<(), ProgramFault> {
         for statement in statements {
             match statement {
                 Statement::Let { name, at, value } => {
                     if is_given(name) && !["color", "alpha", "normal"].contains(&name.as_str()) {
                         let message = format!("\"{name}\" is what it is: assign to another name");
-                        return Err(Fault::new(*at, message));
+                        return Err(ProgramFault::new(*at, message));
                     }
                     let value = self.value(value, names)?;
                     names.insert(name.clone(), value);
@@ -249,7 +249,7 @@ impl Compiler<'_> {
         Ok(())
     }
 
-    fn merged(&mut self, c: u32, a: &Value, b: &Value) -> Result<Value, Fault> {
+    fn merged(&mut self, c: u32, a: &Value, b: &Value) -> Result<Value, ProgramFault> {
         let count = a.parts.len().max(b.parts.len());
         let (x, y) = (self.spread(a), self.spread(b));
         let parts = (0..count).map(|i| self.choose(c, x[i], y[i])).collect::<Result<_, _>>()?;
@@ -258,10 +258,10 @@ impl Compiler<'_> {
     }
 
     /// A variable of the fragments.
-    fn variable(&mut self, name: &str) -> Result<Option<Value>, Fault> {
+    fn variable(&mut self, name: &str) -> Result<Option<Value>, ProgramFault> {
         let channel = (0..).zip(self.channels).find(|(_, (channel, _))| *channel == name);
-        let of_channel = |(number, (_, kind)): (u32, (&String, &color::Kind))| {
-            let parts = if *kind == color::Kind::Number { 0..1 } else { 0..3 };
+        let of_channel = |(number, (_, kind)): (u32, (&String, &color::ValueKind))| {
+            let parts = if *kind == color::ValueKind::Number { 0..1 } else { 0..3 };
             (parts.map(|k| Variable::Channel(number, k)).collect(), None)
         };
         let Some((parts, width)) = channel.map(of_channel).or_else(|| Variable::named(name)) else {
@@ -278,32 +278,32 @@ impl Compiler<'_> {
     }
 
     /// One number that says whether.
-    fn condition(&mut self, expr: &Expr, names: &Names) -> Result<u32, Fault> {
+    fn condition(&mut self, expr: &Expr, names: &Names) -> Result<u32, ProgramFault> {
         match &self.value(expr, names)?.parts[..] {
             [one] => Ok(*one),
             _ => {
                 let message = "a condition is one number, not a vector: compare its parts, its \
                                length, or all of it by == and !=";
-                Err(Fault::new(expr.at, message.to_owned()))
+                Err(ProgramFault::new(expr.at, message.to_owned()))
             }
         }
     }
 
-    fn value(&mut self, expr: &Expr, names: &Names) -> Result<Value, Fault> {
+    fn value(&mut self, expr: &Expr, names: &Names) -> Result<Value, ProgramFault> {
         // Functions are written out where they are called. A few that each call another twice make
         // a short text very long.
         self.visits += 1;
         if self.visits > MOST_VISITS {
             let message = "the program is too long with its functions written out where they are \
                            called";
-            return Err(Fault::new(expr.at, message.to_owned()));
+            return Err(ProgramFault::new(expr.at, message.to_owned()));
         }
         // The compiler calls itself as deep as expressions lie inside each other, and stacks end.
         if self.inside >= MOST_INSIDE {
             let message = format!(
                 "more than {MOST_INSIDE} operations inside each other: give parts of them names"
             );
-            return Err(Fault::new(expr.at, message));
+            return Err(ProgramFault::new(expr.at, message));
         }
         self.inside += 1;
         let value = self.value_of(expr, names);
@@ -311,17 +311,17 @@ impl Compiler<'_> {
         value
     }
 
-    fn value_of(&mut self, expr: &Expr, names: &Names) -> Result<Value, Fault> {
+    fn value_of(&mut self, expr: &Expr, names: &Names) -> Result<Value, ProgramFault> {
         match &expr.kind {
-            Kind::Number(number) => {
+            ExprKind::Number(number) => {
                 let (part, width) = (self.number(*number)?, self.number(0.0)?);
                 Ok(Value { parts: vec![part], width })
             }
-            Kind::Text(_) => Err(Fault::new(
+            ExprKind::Text(_) => Err(ProgramFault::new(
                 expr.at,
                 "a text stands in object(\"..\") and material(\"..\") only".to_owned(),
             )),
-            Kind::Name(name) => {
+            ExprKind::Name(name) => {
                 if let Some(value) = names.get(name) {
                     return Ok(value.clone());
                 }
@@ -333,31 +333,34 @@ impl Compiler<'_> {
                     let mut known: Vec<&str> = Variable::NAMES.to_vec();
                     let others = self.channels.keys().chain(names.keys());
                     known.extend(others.map(String::as_str));
-                    Fault::new(expr.at, format!("there is no \"{name}\": {}", meant(name, &known)))
+                    ProgramFault::new(
+                        expr.at,
+                        format!("there is no \"{name}\": {}", meant(name, &known)),
+                    )
                 })
             }
-            Kind::Vector(parts) => {
+            ExprKind::Vector(parts) => {
                 let mut made = Vec::new();
                 let mut width = self.number(0.0)?;
                 for part in parts.iter() {
                     let value = self.value(part, names)?;
                     if value.parts.len() > 1 {
                         let message = "a vector is made of three numbers".to_owned();
-                        return Err(Fault::new(part.at, message));
+                        return Err(ProgramFault::new(part.at, message));
                     }
                     made.push(value.parts[0]);
                     width = self.two(Binary::Max, width, value.width)?;
                 }
                 Ok(Value { parts: made, width })
             }
-            Kind::Part(of, part) => {
+            ExprKind::Part(of, part) => {
                 let value = self.value(of, names)?;
                 if value.parts.len() == 1 {
-                    return Err(Fault::new(expr.at, "a number has no parts".to_owned()));
+                    return Err(ProgramFault::new(expr.at, "a number has no parts".to_owned()));
                 }
                 Ok(Value { parts: vec![value.parts[*part]], width: value.width })
             }
-            Kind::Unary(sign, of) => {
+            ExprKind::Unary(sign, of) => {
                 let value = self.value(of, names)?;
                 let op = match sign {
                     '-' => Unary::Negate,
@@ -366,32 +369,42 @@ impl Compiler<'_> {
                 };
                 self.each(op, &value)
             }
-            Kind::Binary(sign, a, b) => {
+            ExprKind::Binary(sign, a, b) => {
                 let (a, b) = (self.value(a, names)?, self.value(b, names)?);
                 self.binary(sign, &a, &b)
             }
-            Kind::Choose(parts) => {
+            ExprKind::Choose(parts) => {
                 let c = self.condition(&parts[0], names)?;
                 let (a, b) = (self.value(&parts[1], names)?, self.value(&parts[2], names)?);
                 self.merged(c, &a, &b)
             }
-            Kind::Call(name, arguments) => self.call(expr.at, name, arguments, names),
+            ExprKind::Call(name, arguments) => self.call(expr.at, name, arguments, names),
         }
     }
 
-    pub(super) fn each(&mut self, op: Unary, value: &Value) -> Result<Value, Fault> {
+    pub(super) fn each(&mut self, op: Unary, value: &Value) -> Result<Value, ProgramFault> {
         let parts = value.parts.iter().map(|part| self.one(op, *part)).collect::<Result<_, _>>()?;
         Ok(Value { parts, width: value.width })
     }
 
     /// The same for every part, a number standing for three alike.
-    pub(super) fn pairs(&mut self, op: Binary, a: &Value, b: &Value) -> Result<Vec<u32>, Fault> {
+    pub(super) fn pairs(
+        &mut self,
+        op: Binary,
+        a: &Value,
+        b: &Value,
+    ) -> Result<Vec<u32>, ProgramFault> {
         let count = a.parts.len().max(b.parts.len());
         let (x, y) = (self.spread(a), self.spread(b));
         (0..count).map(|i| self.two(op, x[i], y[i])).collect()
     }
 
-    pub(super) fn binary(&mut self, sign: &str, a: &Value, b: &Value) -> Result<Value, Fault> {
+    pub(super) fn binary(
+        &mut self,
+        sign: &str,
+        a: &Value,
+        b: &Value,
+    ) -> Result<Value, ProgramFault> {
         let op = match sign {
             "+" => Binary::Add,
             "-" => Binary::Subtract,
@@ -443,7 +456,7 @@ impl Compiler<'_> {
     }
 
     /// The greatest amount of the parts.
-    fn most(&mut self, value: &Value) -> Result<u32, Fault> {
+    fn most(&mut self, value: &Value) -> Result<u32, ProgramFault> {
         let mut most = self.one(Unary::Abs, value.parts[0])?;
         for part in &value.parts[1..] {
             let part = self.one(Unary::Abs, *part)?;
@@ -458,11 +471,11 @@ impl Compiler<'_> {
         name: &str,
         arguments: &[Expr],
         names: &Names,
-    ) -> Result<Value, Fault> {
+    ) -> Result<Value, ProgramFault> {
         if built_in::OF_NAMES.contains(&name) {
-            let [Expr { kind: Kind::Text(pattern), .. }] = arguments else {
+            let [Expr { kind: ExprKind::Text(pattern), .. }] = arguments else {
                 let message = format!("{name} wants a name in quotes, such as {name}(\"*tree*\")");
-                return Err(Fault::new(at, message));
+                return Err(ProgramFault::new(at, message));
             };
             let number = self.patterns.len() as u32;
             self.patterns.push(pattern.clone());
@@ -480,7 +493,7 @@ impl Compiler<'_> {
         if let Some(function) = self.functions.get(name).copied() {
             if values.len() != function.parameters.len() {
                 let wanted = function.parameters.len();
-                return Err(Fault::new(
+                return Err(ProgramFault::new(
                     at,
                     format!("{name} takes {wanted} values, not {}", values.len()),
                 ));
@@ -493,13 +506,13 @@ impl Compiler<'_> {
                     _ => format!(" ({})", around.join(" calls ")),
                 };
                 let message = format!("{name} calls itself{way}: functions cannot");
-                return Err(Fault::new(at, message));
+                return Err(ProgramFault::new(at, message));
             }
             if self.calls.len() >= MOST_CALLS {
                 let message = format!(
                     "functions call each other more than {MOST_CALLS} deep: write some of them out"
                 );
-                return Err(Fault::new(at, message));
+                return Err(ProgramFault::new(at, message));
             }
             // A function sees its own parameters and what every program is given, and no name of
             // its caller.

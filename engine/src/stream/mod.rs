@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::color::{Color, Kind};
+use crate::color::{Color, ValueKind};
 use compile::{Compiled, Output};
 use run::{Op, Registers};
 pub use variable::Variable;
@@ -42,7 +42,7 @@ pub enum Parameter {
 
 /// What is wrong with a program, and where.
 #[derive(Debug)]
-pub struct Fault {
+pub struct ProgramFault {
     /// The byte of its text.
     pub at: usize,
     /// Its line and column, from 1.
@@ -51,21 +51,21 @@ pub struct Fault {
     pub message: String,
 }
 
-impl Fault {
-    fn new(at: usize, message: String) -> Fault {
-        Fault { at, place: (1, 1), message }
+impl ProgramFault {
+    fn new(at: usize, message: String) -> ProgramFault {
+        ProgramFault { at, place: (1, 1), message }
     }
 
     /// With its line and column.
-    fn placed(self, text: &str) -> Fault {
+    fn placed(self, text: &str) -> ProgramFault {
         let before = &text[..text.floor_char_boundary(self.at.min(text.len()))];
         let line = before.matches('\n').count() + 1;
         let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
-        Fault { place: (line, column), ..self }
+        ProgramFault { place: (line, column), ..self }
     }
 }
 
-impl fmt::Display for Fault {
+impl fmt::Display for ProgramFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (line, column) = self.place;
         write!(f, "line {line}, column {column}: {}", self.message)
@@ -89,7 +89,7 @@ pub struct Made {
 #[derive(Debug)]
 pub struct Program {
     compiled: Compiled,
-    channels: BTreeMap<String, Kind>,
+    channels: BTreeMap<String, ValueKind>,
 }
 
 impl Program {
@@ -100,8 +100,8 @@ impl Program {
     pub fn new(
         text: &str,
         parameters: &BTreeMap<String, Parameter>,
-        channels: &BTreeMap<String, Kind>,
-    ) -> Result<Program, Fault> {
+        channels: &BTreeMap<String, ValueKind>,
+    ) -> Result<Program, ProgramFault> {
         let tree = parse::parse(text).map_err(|fault| fault.placed(text))?;
         let compiled = compile::compile(&tree, parameters, channels);
         let compiled = compiled.map_err(|fault| fault.placed(text))?;
@@ -131,7 +131,7 @@ impl Program {
     }
 
     /// The channels that it was told of, in order.
-    pub fn channels(&self) -> &BTreeMap<String, Kind> {
+    pub fn channels(&self) -> &BTreeMap<String, ValueKind> {
         &self.channels
     }
 

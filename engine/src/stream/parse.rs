@@ -1,6 +1,6 @@
 //! The text of a program as a tree.
 
-use super::Fault;
+use super::ProgramFault;
 
 /// A statement.
 #[derive(Debug, Clone)]
@@ -25,13 +25,13 @@ pub(super) struct Function {
 #[derive(Debug, Clone)]
 pub(super) struct Expr {
     pub(super) at: usize,
-    pub(super) kind: Kind,
+    pub(super) kind: ExprKind,
     /// Expressions inside each other, this one included.
     height: usize,
 }
 
 #[derive(Debug, Clone)]
-pub(super) enum Kind {
+pub(super) enum ExprKind {
     Number(f32),
     Text(String),
     Name(String),
@@ -46,19 +46,19 @@ pub(super) enum Kind {
 impl Expr {
     /// # Errors
     /// If more are inside each other than anybody writes.
-    fn new(at: usize, kind: Kind) -> Result<Expr, Fault> {
+    fn new(at: usize, kind: ExprKind) -> Result<Expr, ProgramFault> {
         let inside: usize = match &kind {
-            Kind::Number(_) | Kind::Text(_) | Kind::Name(_) => 0,
-            Kind::Vector(parts) | Kind::Choose(parts) => tallest(&parts[..]),
-            Kind::Call(_, arguments) => tallest(arguments),
-            Kind::Part(of, _) | Kind::Unary(_, of) => of.height,
-            Kind::Binary(_, a, b) => a.height.max(b.height),
+            ExprKind::Number(_) | ExprKind::Text(_) | ExprKind::Name(_) => 0,
+            ExprKind::Vector(parts) | ExprKind::Choose(parts) => tallest(&parts[..]),
+            ExprKind::Call(_, arguments) => tallest(arguments),
+            ExprKind::Part(of, _) | ExprKind::Unary(_, of) => of.height,
+            ExprKind::Binary(_, a, b) => a.height.max(b.height),
         };
         if inside >= MOST_INSIDE {
             let message = format!(
                 "more than {MOST_INSIDE} operations in one expression: give parts of it names"
             );
-            return Err(Fault::new(at, message));
+            return Err(ProgramFault::new(at, message));
         }
         Ok(Expr { at, kind, height: inside + 1 })
     }
@@ -70,7 +70,7 @@ fn tallest(parts: &[Expr]) -> usize {
 
 /// A program.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Tree {
+pub(super) struct SyntaxTree {
     pub(super) functions: Vec<Function>,
     pub(super) body: Vec<Statement>,
     /// A value at the end: the colour.
@@ -98,10 +98,10 @@ const MOST_DEPTH: usize = 100;
 /// How many expressions may be inside each other: a long sum is, term by term.
 const MOST_INSIDE: usize = 400;
 
-pub(super) fn parse(text: &str) -> Result<Tree, Fault> {
+pub(super) fn parse(text: &str) -> Result<SyntaxTree, ProgramFault> {
     let tokens = tokens(text)?;
     let mut parser = Parser { tokens, next: 0, depth: 0 };
-    let mut tree = Tree::default();
+    let mut tree = SyntaxTree::default();
     while parser.peek_name() == Some("def") {
         tree.functions.push(parser.function()?);
     }
@@ -110,7 +110,7 @@ pub(super) fn parse(text: &str) -> Result<Tree, Fault> {
     Ok(tree)
 }
 
-fn tokens(text: &str) -> Result<Vec<(Token, usize)>, Fault> {
+fn tokens(text: &str) -> Result<Vec<(Token, usize)>, ProgramFault> {
     let bytes = text.as_bytes();
     let mut tokens = Vec::new();
     let mut at = 0;
@@ -123,7 +123,7 @@ fn tokens(text: &str) -> Result<Vec<(Token, usize)>, Fault> {
             at += rest.find('\n').unwrap_or(rest.len());
         } else if rest.starts_with("//") || rest.starts_with("/*") {
             let message = "a comment begins with # and goes to the end of its line".to_owned();
-            return Err(Fault::new(at, message));
+            return Err(ProgramFault::new(at, message));
         } else if first.is_ascii_digit()
             || first == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit())
         {
@@ -139,7 +139,7 @@ fn tokens(text: &str) -> Result<Vec<(Token, usize)>, Fault> {
             }
             let number: f32 = rest[..len]
                 .parse()
-                .map_err(|_| Fault::new(at, format!("\"{}\" is no number", &rest[..len])))?;
+                .map_err(|_| ProgramFault::new(at, format!("\"{}\" is no number", &rest[..len])))?;
             tokens.push((Token::Number(number), at));
             at += len;
         } else if first.is_ascii_alphabetic() || first == '_' || first == '$' {
@@ -148,13 +148,13 @@ fn tokens(text: &str) -> Result<Vec<(Token, usize)>, Fault> {
             let len =
                 name.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).unwrap_or(name.len());
             if len == 0 {
-                return Err(Fault::new(at, "a name must follow the $".to_owned()));
+                return Err(ProgramFault::new(at, "a name must follow the $".to_owned()));
             }
             tokens.push((Token::Name(name[..len].to_owned()), at));
             at += skip + len;
         } else if first == '"' || first == '\'' {
             let Some(len) = rest[1..].find(first) else {
-                return Err(Fault::new(at, "this text has no end".to_owned()));
+                return Err(ProgramFault::new(at, "this text has no end".to_owned()));
             };
             tokens.push((Token::Text(rest[1..=len].to_owned()), at));
             at += len + 2;
@@ -171,7 +171,7 @@ fn tokens(text: &str) -> Result<Vec<(Token, usize)>, Fault> {
                 c if c.is_alphabetic() => ": names are letters a to z, digits and _",
                 _ => "",
             };
-            return Err(Fault::new(
+            return Err(ProgramFault::new(
                 at,
                 format!("\"{}\" means nothing here{cure}", first.escape_debug()),
             ));
@@ -217,14 +217,14 @@ impl Parser {
         is
     }
 
-    fn need(&mut self, sign: &str) -> Result<(), Fault> {
+    fn need(&mut self, sign: &str) -> Result<(), ProgramFault> {
         match self.take(sign) {
             true => Ok(()),
             false => {
                 // What is assigned where it was to be compared.
                 let cure = if self.is("=") { ": two values are compared by ==" } else { "" };
                 let message = format!("expected \"{sign}\", found {}{cure}", self.found());
-                Err(Fault::new(self.at(), message))
+                Err(ProgramFault::new(self.at(), message))
             }
         }
     }
@@ -239,19 +239,22 @@ impl Parser {
         }
     }
 
-    fn name(&mut self) -> Result<String, Fault> {
+    fn name(&mut self) -> Result<String, ProgramFault> {
         let name = self.peek_name().map(str::to_owned);
         let name = name.ok_or_else(|| {
-            Fault::new(self.at(), format!("expected a name, found {}", self.found()))
+            ProgramFault::new(self.at(), format!("expected a name, found {}", self.found()))
         })?;
         self.next += 1;
         Ok(name)
     }
 
-    fn deeper<T>(&mut self, of: impl FnOnce(&mut Parser) -> Result<T, Fault>) -> Result<T, Fault> {
+    fn deeper<T>(
+        &mut self,
+        of: impl FnOnce(&mut Parser) -> Result<T, ProgramFault>,
+    ) -> Result<T, ProgramFault> {
         if self.depth >= MOST_DEPTH {
             let message = format!("nested more than {MOST_DEPTH} deep");
-            return Err(Fault::new(self.at(), message));
+            return Err(ProgramFault::new(self.at(), message));
         }
         self.depth += 1;
         let made = of(self);
@@ -259,7 +262,7 @@ impl Parser {
         made
     }
 
-    fn function(&mut self) -> Result<Function, Fault> {
+    fn function(&mut self) -> Result<Function, ProgramFault> {
         self.next += 1;
         let at = self.at();
         let name = self.name()?;
@@ -272,7 +275,7 @@ impl Parser {
             let at = self.at();
             let parameter = self.name()?;
             if parameters.contains(&parameter) {
-                return Err(Fault::new(at, format!("{name} takes \"{parameter}\" twice")));
+                return Err(ProgramFault::new(at, format!("{name} takes \"{parameter}\" twice")));
             }
             parameters.push(parameter);
         }
@@ -281,7 +284,7 @@ impl Parser {
         let end = self.at();
         self.need("}")?;
         let value = value.ok_or_else(|| {
-            Fault::new(
+            ProgramFault::new(
                 end,
                 format!("the function \"{name}\" must end with a value, without a \";\""),
             )
@@ -290,11 +293,11 @@ impl Parser {
     }
 
     /// Statements up to a token, and the value that may stand at their end.
-    fn block(&mut self, end: &Token) -> Result<(Vec<Statement>, Option<Expr>), Fault> {
+    fn block(&mut self, end: &Token) -> Result<(Vec<Statement>, Option<Expr>), ProgramFault> {
         let mut statements = Vec::new();
         while self.peek() != end {
             if *self.peek() == Token::End {
-                return Err(Fault::new(self.at(), "a \"}\" is missing".to_owned()));
+                return Err(ProgramFault::new(self.at(), "a \"}\" is missing".to_owned()));
             }
             if self.peek_name() == Some("if") {
                 let statement = self.deeper(Parser::branch)?;
@@ -311,7 +314,7 @@ impl Parser {
                 if self.peek() != end {
                     let message =
                         format!("expected the end or an operator, found {}", self.found());
-                    return Err(Fault::new(self.at(), message));
+                    return Err(ProgramFault::new(self.at(), message));
                 }
                 return Ok((statements, Some(value)));
             };
@@ -320,8 +323,8 @@ impl Parser {
             self.next += 1;
             let mut value = self.expression()?;
             if change != "=" {
-                let own = Expr::new(at, Kind::Name(name.clone()))?;
-                let kind = Kind::Binary(sign_of(&change[..1]), Box::new(own), Box::new(value));
+                let own = Expr::new(at, ExprKind::Name(name.clone()))?;
+                let kind = ExprKind::Binary(sign_of(&change[..1]), Box::new(own), Box::new(value));
                 value = Expr::new(at, kind)?;
             }
             self.need(";")?;
@@ -330,7 +333,7 @@ impl Parser {
         Ok((statements, None))
     }
 
-    fn branch(&mut self) -> Result<Statement, Fault> {
+    fn branch(&mut self) -> Result<Statement, ProgramFault> {
         self.next += 1;
         self.need("(")?;
         let condition = self.expression()?;
@@ -348,17 +351,20 @@ impl Parser {
         Ok(Statement::If { condition, then, otherwise })
     }
 
-    fn braces(&mut self) -> Result<Vec<Statement>, Fault> {
+    fn braces(&mut self) -> Result<Vec<Statement>, ProgramFault> {
         self.need("{")?;
         let (statements, value) = self.deeper(|parser| parser.block(&Token::Sign("}")))?;
         if let Some(value) = value {
-            return Err(Fault::new(value.at, "this value goes nowhere: give it a name".to_owned()));
+            return Err(ProgramFault::new(
+                value.at,
+                "this value goes nowhere: give it a name".to_owned(),
+            ));
         }
         self.need("}")?;
         Ok(statements)
     }
 
-    fn expression(&mut self) -> Result<Expr, Fault> {
+    fn expression(&mut self) -> Result<Expr, ProgramFault> {
         self.deeper(|parser| {
             let condition = parser.binary(0)?;
             if !parser.take("?") {
@@ -368,28 +374,28 @@ impl Parser {
             let then = parser.expression()?;
             parser.need(":")?;
             let otherwise = parser.expression()?;
-            Expr::new(at, Kind::Choose(Box::new([condition, then, otherwise])))
+            Expr::new(at, ExprKind::Choose(Box::new([condition, then, otherwise])))
         })
     }
 
-    fn binary(&mut self, level: usize) -> Result<Expr, Fault> {
+    fn binary(&mut self, level: usize) -> Result<Expr, ProgramFault> {
         let Some(signs) = LEVELS.get(level) else { return self.unary() };
         let mut left = self.binary(level + 1)?;
         while let Some(sign) = signs.iter().find(|sign| self.is(sign)) {
             let at = self.at();
             self.next += 1;
             let right = self.binary(level + 1)?;
-            left = Expr::new(at, Kind::Binary(sign, Box::new(left), Box::new(right)))?;
+            left = Expr::new(at, ExprKind::Binary(sign, Box::new(left), Box::new(right)))?;
         }
         Ok(left)
     }
 
-    fn unary(&mut self) -> Result<Expr, Fault> {
+    fn unary(&mut self) -> Result<Expr, ProgramFault> {
         let at = self.at();
         for sign in ['-', '!', '+'] {
             if self.take(&sign.to_string()) {
                 let of = self.deeper(Parser::unary)?;
-                return Expr::new(at, Kind::Unary(sign, Box::new(of)));
+                return Expr::new(at, ExprKind::Unary(sign, Box::new(of)));
             }
         }
         let base = self.postfix()?;
@@ -398,17 +404,19 @@ impl Parser {
         }
         // To the right first: 2 ^ 3 ^ 2 is 2 ^ 9.
         let power = self.deeper(Parser::unary)?;
-        Expr::new(at, Kind::Binary("^", Box::new(base), Box::new(power)))
+        Expr::new(at, ExprKind::Binary("^", Box::new(base), Box::new(power)))
     }
 
-    fn postfix(&mut self) -> Result<Expr, Fault> {
+    fn postfix(&mut self) -> Result<Expr, ProgramFault> {
         let mut value = self.primary()?;
         loop {
             let at = self.at();
             let part = if self.take("[") {
                 let part = match self.peek() {
                     Token::Number(n) if [0.0, 1.0, 2.0].contains(n) => *n as usize,
-                    _ => return Err(Fault::new(self.at(), "a part is 0, 1 or 2".to_owned())),
+                    _ => {
+                        return Err(ProgramFault::new(self.at(), "a part is 0, 1 or 2".to_owned()));
+                    }
                 };
                 self.next += 1;
                 self.need("]")?;
@@ -422,26 +430,26 @@ impl Parser {
                     _ => {
                         let message =
                             format!("there is no part \"{name}\": it is x, y, z or r, g, b");
-                        return Err(Fault::new(at, message));
+                        return Err(ProgramFault::new(at, message));
                     }
                 }
             } else {
                 return Ok(value);
             };
-            value = Expr::new(at, Kind::Part(Box::new(value), part))?;
+            value = Expr::new(at, ExprKind::Part(Box::new(value), part))?;
         }
     }
 
-    fn primary(&mut self) -> Result<Expr, Fault> {
+    fn primary(&mut self) -> Result<Expr, ProgramFault> {
         let at = self.at();
         let kind = match self.peek().clone() {
             Token::Number(number) => {
                 self.next += 1;
-                Kind::Number(number)
+                ExprKind::Number(number)
             }
             Token::Text(text) => {
                 self.next += 1;
-                Kind::Text(text)
+                ExprKind::Text(text)
             }
             Token::Name(name) => {
                 self.next += 1;
@@ -453,9 +461,9 @@ impl Parser {
                         }
                         arguments.push(self.expression()?);
                     }
-                    Kind::Call(name, arguments)
+                    ExprKind::Call(name, arguments)
                 } else {
-                    Kind::Name(name)
+                    ExprKind::Name(name)
                 }
             }
             Token::Sign("(") => {
@@ -472,11 +480,11 @@ impl Parser {
                 self.need(",")?;
                 let c = self.expression()?;
                 self.need("]")?;
-                Kind::Vector(Box::new([a, b, c]))
+                ExprKind::Vector(Box::new([a, b, c]))
             }
             _ => {
                 let message = format!("expected a value, found {}", self.found());
-                return Err(Fault::new(at, message));
+                return Err(ProgramFault::new(at, message));
             }
         };
         Expr::new(at, kind)

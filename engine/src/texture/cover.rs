@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::Opened;
-use super::filter::{Footprint, Look, Wrap};
+use super::filter::{Footprint, PictureView, Wrap};
 use crate::error::Result;
 
 /// A convex polygon of few corners: a parallelogram, and what is left of it between four lines.
@@ -92,7 +92,7 @@ impl Footprint {
         wrap: [Wrap; 2],
         mut visit: impl FnMut(u8, f32),
     ) -> Result<()> {
-        let look = Look { picture, wrap };
+        let look = PictureView { picture, wrap };
         let level = picture.level(0)?;
         // v is upwards.
         let size = DVec2::new(f64::from(level.width), -f64::from(level.height));
@@ -172,7 +172,7 @@ mod tests {
     use crate::image::texels::Texels;
     use crate::image::{Coded, Codes, Coding, Layout};
     use crate::key::Key;
-    use crate::texture::{Meaning, Source, Store};
+    use crate::texture::{Meaning, PictureSource, Store};
     use std::sync::Arc;
 
     fn footprint(at: [f64; 2], right: [f64; 2], down: [f64; 2]) -> Footprint {
@@ -234,7 +234,7 @@ mod tests {
         let coded = Arc::new(Coded { size, layout: Layout::Grey, codes, coding });
         let read = move || Ok(Texels::coded(coded.clone()));
         let meaning = Meaning::Indices([0, 1, 2, 3]);
-        let source = Source { key: Key::of("indices"), meaning, read: Box::new(read) };
+        let source = PictureSource { key: Key::of("indices"), meaning, read: Box::new(read) };
         let store = Store::new(1 << 20);
         let opened = store.open(&source).unwrap();
         for (at, right, down) in CASES {

@@ -10,7 +10,7 @@ use crate::error::Result;
 
 /// How pictures on surfaces are filtered: time for accuracy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-pub enum Filter {
+pub enum TextureFilter {
     /// The nearest texel: what is far away flickers.
     Nearest,
     /// Between texels and between levels, by the longer side of what a pixel covers: surfaces seen along them
@@ -22,20 +22,20 @@ pub enum Filter {
     Exact,
 }
 
-impl Default for Filter {
-    fn default() -> Filter {
-        Filter::Anisotropic(8)
+impl Default for TextureFilter {
+    fn default() -> TextureFilter {
+        TextureFilter::Anisotropic(8)
     }
 }
 
-impl Filter {
+impl TextureFilter {
     /// Whether its number is in range.
     ///
     /// # Errors
     /// If it is not.
     pub fn check(self) -> std::result::Result<(), String> {
         match self {
-            Filter::Anisotropic(n) if !(1..=256).contains(&n) => {
+            TextureFilter::Anisotropic(n) if !(1..=256).contains(&n) => {
                 Err(format!("Anisotropic({n}): must be 1 to 256"))
             }
             _ => Ok(()),
@@ -77,17 +77,22 @@ impl Footprint {
     ///
     /// # Errors
     /// If the picture must be read and cannot be.
-    pub fn see(&self, picture: &Opened<'_>, filter: Filter, wrap: [Wrap; 2]) -> Result<Sample> {
+    pub fn see(
+        &self,
+        picture: &Opened<'_>,
+        filter: TextureFilter,
+        wrap: [Wrap; 2],
+    ) -> Result<Sample> {
         let size = DVec2::new(f64::from(picture.size.0), f64::from(picture.size.1));
         let finite = |v: DVec2| if v.is_finite() { v } else { DVec2::ZERO };
         let at = finite(self.at);
         let (right, down) = (finite(self.right), finite(self.down));
         let (a, b) = (right * size, down * size);
-        let look = Look { picture, wrap };
+        let look = PictureView { picture, wrap };
         match filter {
-            Filter::Nearest => look.nearest(at),
-            Filter::Trilinear => look.between(at, a.length().max(b.length())),
-            Filter::Anisotropic(most) => {
+            TextureFilter::Nearest => look.nearest(at),
+            TextureFilter::Trilinear => look.between(at, a.length().max(b.length())),
+            TextureFilter::Anisotropic(most) => {
                 let (major, minor) = axes(a, b);
                 let long = major.length();
                 // What is round but for rounding takes one.
@@ -103,7 +108,7 @@ impl Footprint {
                 }
                 Ok(sum)
             }
-            Filter::Exact => {
+            TextureFilter::Exact => {
                 // Two samples to a texel, of a level that so many samples cover.
                 let longest = a.length().max(b.length());
                 let level = (longest * 2.0 / MOST).max(1.0);
@@ -146,12 +151,12 @@ fn add(sum: &mut Sample, texel: Sample, weight: f32) {
 }
 
 /// A picture on a surface.
-pub(super) struct Look<'a, 's> {
+pub(super) struct PictureView<'a, 's> {
     pub(super) picture: &'a Opened<'s>,
     pub(super) wrap: [Wrap; 2],
 }
 
-impl Look<'_, '_> {
+impl PictureView<'_, '_> {
     fn nearest(&self, at: DVec2) -> Result<Sample> {
         let level = self.picture.level(0)?;
         let [x, y] = self.place(at, &level).map(|v| v.floor() as i64);

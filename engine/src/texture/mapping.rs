@@ -8,7 +8,7 @@ use super::filter::{Footprint, Wrap};
 use crate::error::{Error, Result};
 use crate::math;
 
-/// How a picture lies on a surface (\[D], "Mapping attribute data").
+/// How a picture lies on a surface (\[D], "Geometry-dependent attribute data").
 ///
 /// A mapping function takes a point of the object's own space to two lengths; origin, turn, length, scale and
 /// offset take these to places of the picture.
@@ -75,7 +75,7 @@ impl Default for Mapping {
 }
 
 /// A place on a surface, in its object's space.
-pub struct Place<'a> {
+pub struct SurfacePoint<'a> {
     /// The point, in metres.
     pub point: DVec3,
     /// From there by one pixel to the right and down, along the face.
@@ -113,7 +113,7 @@ impl Mapping {
     }
 
     /// What a pixel covers of the picture.
-    pub fn footprint(&self, place: &Place<'_>) -> Footprint {
+    pub fn footprint(&self, place: &SurfacePoint<'_>) -> Footprint {
         let of = |point: DVec3| self.lengths(point, place);
         let middle = of(place.point);
         let step = |step: DVec3| {
@@ -142,7 +142,7 @@ impl Mapping {
     }
 
     /// The mapping function.
-    fn lengths(&self, point: DVec3, place: &Place<'_>) -> DVec2 {
+    fn lengths(&self, point: DVec3, place: &SurfacePoint<'_>) -> DVec2 {
         // [D], process 2: from three dimensions to two lengths.
         let p = point - self.origin;
         match self.by {
@@ -190,7 +190,7 @@ mod tests {
     fn at(mapping: Mapping, point: DVec3, normal: DVec3) -> DVec2 {
         let uv = |p: DVec3| DVec2::new(p.x * 10.0, p.z * 10.0);
         let footprint =
-            mapping.footprint(&Place { point, steps: [DVec3::ZERO; 2], normal, uv: &uv });
+            mapping.footprint(&SurfacePoint { point, steps: [DVec3::ZERO; 2], normal, uv: &uv });
         footprint.at
     }
 
@@ -228,7 +228,7 @@ mod tests {
         let right = DVec3::new(1.0, 0.0, 1.0);
         let beside = at(Mapping { by: By::Cylinder, ..Mapping::default() }, right, right);
         assert!((beside.x - 0.625).abs() < 1e-12);
-        let behind = Place {
+        let behind = SurfacePoint {
             point: DVec3::new(-1e-3, 0.0, -1.0),
             steps: [DVec3::X * 2e-3, DVec3::Y * 2e-3],
             normal: DVec3::NEG_Z,

@@ -8,7 +8,7 @@ mod pyramid;
 mod store;
 
 pub use cover::is_in;
-pub use filter::{Filter, Footprint, Sample, Wrap};
-pub use mapping::{By, Mapping, Place};
+pub use filter::{Footprint, Sample, TextureFilter, Wrap};
+pub use mapping::{By, Mapping, SurfacePoint};
 pub use pyramid::{Level, Meaning, pyramid};
-pub use store::{Opened, Report, Source, Store, store};
+pub use store::{Opened, PictureSource, Store, StoreReport, store};

@@ -16,7 +16,7 @@ use crate::watch::Watch;
 const USUAL_LIMIT: usize = 1 << 30;
 
 /// A picture that can be read, again and again.
-pub struct Source {
+pub struct PictureSource {
     /// What it is: two sources with one key are one picture with one meaning.
     pub key: Key,
     /// What its samples mean.
@@ -25,12 +25,12 @@ pub struct Source {
     pub read: Box<dyn Fn() -> Result<Texels> + Send + Sync>,
 }
 
-impl Source {
+impl PictureSource {
     /// A picture in memory, as colour, and whether it is opaque everywhere. What it does not hold is transparent.
     ///
     /// # Errors
     /// If it holds nothing, or a pixel is not finite.
-    pub fn of(image: &Arc<Image>) -> Result<(Source, bool)> {
+    pub fn of(image: &Arc<Image>) -> Result<(PictureSource, bool)> {
         if image.window.area() == 0 {
             return Err(Error::invalid("the picture holds no pixels"));
         }
@@ -52,11 +52,11 @@ impl Source {
         let held = image.clone();
         let read = move || -> Result<Texels> { Ok(Texels::of(&held.whole())) };
         let (key, meaning) = (key.finish(), Meaning::Color);
-        Ok((Source { key, meaning, read: Box::new(read) }, is_opaque))
+        Ok((PictureSource { key, meaning, read: Box::new(read) }, is_opaque))
     }
 }
 
-impl fmt::Debug for Source {
+impl fmt::Debug for PictureSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Source").field("key", &self.key).field("meaning", &self.meaning).finish()
     }
@@ -68,24 +68,24 @@ impl fmt::Debug for Source {
 /// what is far away takes little. What was dropped is read again when it is asked for.
 #[derive(Debug)]
 pub struct Store {
-    held: Mutex<Held>,
+    held: Mutex<StoreState>,
     /// One picture is read at a time: pictures being read are not within the limit.
     reading: Mutex<()>,
 }
 
 #[derive(Debug)]
-struct Held {
+struct StoreState {
     limit: usize,
     bytes: usize,
     most: usize,
     reads: u64,
     clock: u64,
-    pictures: HashMap<Key, Picture>,
+    pictures: HashMap<Key, KnownPicture>,
 }
 
 /// What is known of a picture.
 #[derive(Debug)]
-struct Picture {
+struct KnownPicture {
     size: (u32, u32),
     /// Its levels, those that are held, and when each was used.
     levels: Vec<Option<(Arc<Level>, u64)>>,
@@ -93,7 +93,7 @@ struct Picture {
 
 /// What a store held and read.
 #[derive(Clone, Copy, Debug)]
-pub struct Report {
+pub struct StoreReport {
     /// The most bytes that were held.
     pub most: usize,
     /// How many pictures there are.
@@ -112,11 +112,11 @@ impl Store {
     /// An empty store with a limit in bytes.
     pub fn new(limit: usize) -> Store {
         let (pictures, reading) = (HashMap::new(), Mutex::new(()));
-        let held = Held { limit, bytes: 0, most: 0, reads: 0, clock: 0, pictures };
+        let held = StoreState { limit, bytes: 0, most: 0, reads: 0, clock: 0, pictures };
         Store { held: Mutex::new(held), reading }
     }
 
-    fn held(&self) -> MutexGuard<'_, Held> {
+    fn held(&self) -> MutexGuard<'_, StoreState> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -144,17 +144,17 @@ impl Store {
     }
 
     /// What was held and read so far.
-    pub fn report(&self) -> Report {
+    pub fn report(&self) -> StoreReport {
         let held = self.held();
-        Report { most: held.most, pictures: held.pictures.len(), reads: held.reads }
+        StoreReport { most: held.most, pictures: held.pictures.len(), reads: held.reads }
     }
 
     /// A picture, for some time at hand.
     ///
     /// # Errors
     /// If it must be read and cannot be.
-    pub fn open<'s>(&'s self, source: &'s Source) -> Result<Opened<'s>> {
-        let known = |held: &Held| {
+    pub fn open<'s>(&'s self, source: &'s PictureSource) -> Result<Opened<'s>> {
+        let known = |held: &StoreState| {
             held.pictures.get(&source.key).map(|picture| (picture.size, picture.levels.len()))
         };
         let mut found = known(&self.held());
@@ -168,13 +168,13 @@ impl Store {
     }
 
     /// A level of a picture, 0 the picture itself.
-    fn level(&self, source: &Source, number: u32) -> Result<Arc<Level>> {
+    fn level(&self, source: &PictureSource, number: u32) -> Result<Arc<Level>> {
         let known = self.held().find(source.key, number);
         known.map_or_else(|| self.read(source, number), Ok)
     }
 
     /// Reads a picture, and returns one of its levels.
-    fn read(&self, source: &Source, number: u32) -> Result<Arc<Level>> {
+    fn read(&self, source: &PictureSource, number: u32) -> Result<Arc<Level>> {
         let _reading = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
         // Another may have read it meanwhile.
         let known = self.held().find(source.key, number);
@@ -192,7 +192,7 @@ impl Store {
     }
 }
 
-impl Held {
+impl StoreState {
     fn find(&mut self, key: Key, number: u32) -> Option<Arc<Level>> {
         self.clock += 1;
         let levels = &mut self.pictures.get_mut(&key)?.levels;
@@ -207,7 +207,7 @@ impl Held {
         self.clock += 1;
         let clock = self.clock;
         let size = (levels[0].width, levels[0].height);
-        let nothing = || Picture { size, levels: vec![None; levels.len()] };
+        let nothing = || KnownPicture { size, levels: vec![None; levels.len()] };
         let known = &mut self.pictures.entry(key).or_insert_with(nothing).levels;
         // The coarsest first: they take little, and whoever asks for a fine level asks for them
         // too.
@@ -248,7 +248,7 @@ impl Held {
 /// A picture at hand, for a batch of fragments.
 pub struct Opened<'s> {
     store: &'s Store,
-    source: &'s Source,
+    source: &'s PictureSource,
     /// Columns and rows.
     pub size: (u32, u32),
     levels: RefCell<Vec<Option<Arc<Level>>>>,

@@ -33,14 +33,14 @@ pub struct Turned {
 
 /// The directions of all cards that are turned in one direction: to the right, and upwards or nearly.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Level {
+pub(super) struct CardAxes {
     right: DVec3,
     up: DVec3,
 }
 
-impl Level {
+impl CardAxes {
     /// Of cards turned to where a way leads.
-    pub(super) fn toward(way: DVec3) -> Level {
+    pub(super) fn toward(way: DVec3) -> CardAxes {
         let way = way.try_normalize().unwrap_or(DVec3::Z);
         let (rise, run) = (way.y.abs(), DVec3::new(way.x, 0.0, way.z).length());
         // From straight above no side is the front one; what looks up from below sees the same card.
@@ -53,7 +53,7 @@ impl Level {
             let (sine, cosine) = (rise * 0.5 - run * STEEP, run * 0.5 + rise * STEEP);
             DVec3::Y * cosine - flat * (sine * way.y.signum())
         };
-        Level { right: DVec3::Y.cross(flat), up }
+        CardAxes { right: DVec3::Y.cross(flat), up }
     }
 }
 
@@ -67,17 +67,17 @@ impl Card {
     /// thin, it leans over by as much as that is exceeded; from straight above it faces +z below.
     pub fn turned(&self, toward: Toward) -> Turned {
         let middle = self.middle();
-        let Level { right, up } = Level::toward(toward.from(middle).0);
+        let CardAxes { right, up } = CardAxes::toward(toward.from(middle).0);
         Turned { middle, right, up }
     }
 
     /// The way along a ray to where it meets the card, as it stands when it is turned to whom the ray turns cards.
     pub(super) fn meet(&self, ray: &Ray) -> Option<f64> {
         let middle = self.middle();
-        let Level { right, up } = match ray.turns() {
+        let CardAxes { right, up } = match ray.turns() {
             // All cards that are turned in one direction stand alike: found once for a ray.
             Toward::Direction(_) => *ray.level(),
-            Toward::Point(light) => Level::toward(light - middle),
+            Toward::Point(light) => CardAxes::toward(light - middle),
         };
         let normal = right.cross(up);
         let t = normal.dot(middle - ray.origin) / normal.dot(ray.direction);

@@ -15,7 +15,7 @@ mod reductions;
 pub use card::{Card, Turn, Turned};
 pub use grid::Voxels;
 pub use ray::{Ray, Toward};
-pub use reductions::{Candidates, Reductions, Spaces, spaces_of};
+pub use reductions::{CasterSearch, Reductions, Spaces, spaces_of};
 
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
@@ -65,7 +65,7 @@ pub struct Casters {
     planes: Vec<(DVec3, DVec3)>,
     /// The least and the greatest corner of each closed body.
     bodies: Vec<[DVec3; 2]>,
-    tree: Option<Tree>,
+    tree: Option<PieceTree>,
     /// Grids that somebody asked for.
     grids: Mutex<Vec<(Voxels, Arc<Grid>)>>,
     /// Pieces by the six spaces around points.
@@ -83,7 +83,7 @@ pub enum Accelerator {
 }
 
 /// A tree over pieces, in coordinates from -1 to 1.
-struct Tree {
+struct PieceTree {
     bvh: Bvh2,
     centre: DVec3,
     /// From metres to the tree's units.
@@ -92,7 +92,7 @@ struct Tree {
     high: DVec3,
 }
 
-impl std::fmt::Debug for Tree {
+impl std::fmt::Debug for PieceTree {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "tree of {} nodes", self.bvh.nodes.len())
     }
@@ -177,7 +177,7 @@ impl CastersBuilder {
     /// All pieces, with a tree over them.
     pub fn finish(self) -> Casters {
         let mut casters = self.0;
-        casters.tree = Tree::new(&mut casters);
+        casters.tree = PieceTree::new(&mut casters);
         casters
     }
 }
@@ -190,8 +190,8 @@ impl Boundable for Bounds {
     }
 }
 
-impl Tree {
-    fn new(casters: &mut Casters) -> Option<Tree> {
+impl PieceTree {
+    fn new(casters: &mut Casters) -> Option<PieceTree> {
         if casters.pieces.is_empty() {
             return None;
         }
@@ -216,7 +216,7 @@ impl Tree {
         let order = &bvh.primitive_indices;
         casters.pieces = order.iter().map(|index| casters.pieces[*index as usize]).collect();
         let margin = DVec3::splat(MARGIN * extent);
-        Some(Tree { bvh, centre, scale, low: low - margin, high: high + margin })
+        Some(PieceTree { bvh, centre, scale, low: low - margin, high: high + margin })
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use std::cell::OnceCell;
 
-use super::card::Level;
+use super::card::CardAxes;
 use crate::camera::View;
 
 /// A part of a straight line.
@@ -16,7 +16,7 @@ pub struct Ray {
     across: [(usize, f64); 2],
     along: usize,
     /// How cards stand that it turns to where it comes from, once it has met one.
-    level: OnceCell<Level>,
+    level: OnceCell<CardAxes>,
 }
 
 impl Ray {
@@ -56,8 +56,8 @@ impl Ray {
     }
 
     /// How cards stand that it turns to where it comes from.
-    pub(super) fn level(&self) -> &Level {
-        self.level.get_or_init(|| Level::toward(-self.direction))
+    pub(super) fn level(&self) -> &CardAxes {
+        self.level.get_or_init(|| CardAxes::toward(-self.direction))
     }
 
     /// A point as seen along the ray, which is in the middle.

@@ -9,20 +9,20 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct Reductions {
     /// Which faces are candidates for a patch of a visible face.
-    pub candidates: Candidates,
+    pub candidates: CasterSearch,
     /// Of closed bodies, only faces that are turned to the light cast: \[D]'s contours, without their edges.
     pub contours: bool,
 }
 
 impl Default for Reductions {
     fn default() -> Reductions {
-        Reductions { candidates: Candidates::Shafts, contours: true }
+        Reductions { candidates: CasterSearch::Shafts, contours: true }
     }
 }
 
 /// Which faces are candidates for the shadow on a patch of a visible face.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Candidates {
+pub enum CasterSearch {
     /// Those in the space between the patch and the light, by a tree.
     #[default]
     Shafts,

@@ -39,14 +39,14 @@ impl Band {
 
 /// Where one face meets each line of a band, in cells; an end before its start means nowhere.
 #[derive(Clone, Debug)]
-pub(super) struct Reach {
+pub(super) struct BandReach {
     pub(super) start: [u32; LANES],
     pub(super) end: [u32; LANES],
 }
 
 /// Where a ring that no line crosses more than twice meets the lines of a band.
 #[inline(always)]
-pub(super) fn reach(ring: Ring<'_>, band: &Band, raster: Raster) -> Reach {
+pub(super) fn reach(ring: Ring<'_>, band: &Band, raster: Raster) -> BandReach {
     let mut low = [f64::INFINITY; LANES];
     let mut high = [f64::NEG_INFINITY; LANES];
     for edge in ring.edges() {
@@ -64,7 +64,7 @@ pub(super) fn reach(ring: Ring<'_>, band: &Band, raster: Raster) -> Reach {
             high[lane] = if crosses && x > high[lane] { x } else { high[lane] };
         }
     }
-    Reach {
+    BandReach {
         start: low.map(|x| raster.cell(x)),
         // Nowhere: an end before the start.
         end: high.map(|x| raster.cell(x)),

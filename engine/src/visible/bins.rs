@@ -15,7 +15,7 @@ const DEPTHS: usize = 256;
 
 /// A face that may meet a band.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
+pub(super) struct BinEntry {
     pub(super) face: FaceId,
     /// No part of it is nearer, on any line, in any cell.
     pub(super) nearest: f32,
@@ -27,7 +27,7 @@ pub(super) struct Entry {
 #[derive(Debug)]
 pub(super) struct Bins {
     starts: Vec<usize>,
-    entries: Vec<Entry>,
+    entries: Vec<BinEntry>,
 }
 
 /// A face's bands, half-open.
@@ -42,7 +42,7 @@ impl Bins {
         is_meant: impl Fn(&Face) -> bool + Sync,
         bands: impl Fn(f64, f64) -> Bands + Sync,
     ) -> Bins {
-        let faces: Vec<(Bands, Entry)> = frame
+        let faces: Vec<(Bands, BinEntry)> = frame
             .sources()
             .iter()
             .enumerate()
@@ -51,7 +51,7 @@ impl Bins {
                 let entry = |(place, face): (usize, &Face)| {
                     let (top, bottom) = table.extent(face);
                     let id = frame.id(source, place);
-                    (bands(top, bottom), Entry::new(table, face, id, frame))
+                    (bands(top, bottom), BinEntry::new(table, face, id, frame))
                 };
                 let faces = table.faces().par_iter().with_min_len(4096).enumerate();
                 let meant = faces.filter(|(_, face)| is_meant(face));
@@ -69,7 +69,7 @@ impl Bins {
         for band in 1..=count {
             starts[band] += starts[band - 1];
         }
-        let nothing = Entry { face: FaceId::NONE, nearest: 0.0, columns: (0, 0) };
+        let nothing = BinEntry { face: FaceId::NONE, nearest: 0.0, columns: (0, 0) };
         let mut entries = vec![nothing; starts[count]];
         // Every thread looks at all faces, and deals out those of its own bands.
         let share = count.div_ceil(rayon::current_num_threads()).max(1);
@@ -98,14 +98,14 @@ impl Bins {
     }
 
     /// The faces that may meet a band.
-    pub(super) fn band(&self, number: u32) -> &[Entry] {
+    pub(super) fn band(&self, number: u32) -> &[BinEntry] {
         let number = number as usize;
         &self.entries[self.starts[number]..self.starts[number + 1]]
     }
 }
 
-impl Entry {
-    fn new(table: &FaceTable, face: &Face, id: FaceId, frame: &SpanImage) -> Entry {
+impl BinEntry {
+    fn new(table: &FaceTable, face: &Face, id: FaceId, frame: &SpanImage) -> BinEntry {
         let raster: Raster = frame.view().raster();
         let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut nearest = f64::NEG_INFINITY;
@@ -122,7 +122,7 @@ impl Entry {
         // One pixel more on either side: boundaries are rounded to cells.
         let last = f64::from(raster.width - 1);
         let column = |x: f64| x.clamp(0.0, last) as u16;
-        Entry {
+        BinEntry {
             face: id,
             // The bound must not fall below the depth when it is rounded to 32 bits.
             nearest: (nearest as f32).next_up(),
@@ -134,14 +134,14 @@ impl Entry {
 /// Puts a band's faces roughly in order from front to back, by one counting pass over their nearest
 /// depths, so that what is hidden finds its occluder already there. The order is a matter of speed
 /// alone: it changes no bit of the result.
-pub(super) fn sort_front_to_back(entries: &[Entry], sorted: &mut Vec<Entry>) {
+pub(super) fn sort_front_to_back(entries: &[BinEntry], sorted: &mut Vec<BinEntry>) {
     sorted.clear();
     sorted.extend_from_slice(entries);
     let orders = entries.iter().map(|entry| ordered(entry.nearest));
     let low = orders.clone().min().unwrap_or(0);
     let high = orders.max().unwrap_or(0);
     let range = i64::from(high) - i64::from(low) + 1;
-    let step = |entry: &Entry| {
+    let step = |entry: &BinEntry| {
         let below = i64::from(high) - i64::from(ordered(entry.nearest));
         // Steps are even in the bits of a depth, so nearly even in its logarithm: one face close to
         // the eye does not push all others into the last step.

@@ -5,8 +5,7 @@
 //! the winner rule of [`crate::span::order`], the same that merges images, so that rendering clusters
 //! apart and merging them gives the same bits as rendering them together.
 //!
-//! It knows faces on the screen and nothing of scenes: what makes faces of scenes is
-//! [`crate::render::scanline`].
+//! It knows faces on the screen and nothing of scenes: renderers make faces of them.
 //!
 //! Reading path: `clip` (what reaches far beyond the screen), `band` (where a face meets lines), `tiles` (the
 //! visible part of all), [`probe`] (the same anywhere, on demand).
@@ -23,7 +22,7 @@ use crate::error::Result;
 use crate::span::SpanImage;
 use crate::span::probe::probing;
 use band::Limits;
-use probe::Index;
+use probe::FaceIndex;
 
 /// What is seen of a frame's faces on its lines and, if its plan is to be probed, on any others.
 pub fn solve(frame: SpanImage) -> SpanImage {
@@ -31,7 +30,7 @@ pub fn solve(frame: SpanImage) -> SpanImage {
     let again = frame.plan().probed.then(|| {
         let (nowhere, index) = (frame.clone(), OnceLock::new());
         probing(move |probes| {
-            let index = index.get_or_init(|| Index::new(&nowhere));
+            let index = index.get_or_init(|| FaceIndex::new(&nowhere));
             Ok(probe::solve(&nowhere, index, probes))
         })
     });
@@ -42,7 +41,7 @@ pub fn solve(frame: SpanImage) -> SpanImage {
 /// and merged. Slow; what the fast way is tested against.
 ///
 /// # Errors
-/// None.
+/// If the work is stopped.
 pub fn solve_by_merging(frame: &SpanImage) -> Result<SpanImage> {
     let raster = frame.view().raster();
     let limits = Limits::new(frame.view());

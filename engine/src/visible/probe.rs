@@ -11,7 +11,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::band::{self, Limits};
-use super::bins::{Bins, Entry};
+use super::bins::{BinEntry, Bins};
 use crate::raster::{MAX_SIDE, Raster};
 use crate::span::edges::{MANY, Occupied};
 use crate::span::{
@@ -20,18 +20,18 @@ use crate::span::{
 
 /// The faces of an image's sources by row of the raster.
 #[derive(Debug)]
-pub struct Index {
+pub struct FaceIndex {
     rows: Bins,
 }
 
 /// A part of the raster.
-struct Area {
+struct ProbeArea {
     cells: Range<u32>,
     /// Its upper and its lower end in pixels from the top.
     y: [f64; 2],
 }
 
-impl Index {
+impl FaceIndex {
     /// The faces that reach into rows of the raster; those that reach into several are told several
     /// times.
     pub fn faces(&self, rows: Range<u32>) -> impl Iterator<Item = FaceId> + '_ {
@@ -39,21 +39,21 @@ impl Index {
     }
 
     /// The index of all faces that an image's sources have.
-    pub fn new(image: &SpanImage) -> Index {
+    pub fn new(image: &SpanImage) -> FaceIndex {
         let height = image.view().raster().height;
         let row = |y: f64| y.clamp(0.0, f64::from(MAX_SIDE)) as u32;
         let rows = |top: f64, bottom: f64| {
             // Clamped, a face above the raster would seem to reach into row 0.
             if bottom < 0.0 { (0, 0) } else { (row(top), (row(bottom) + 1).min(height)) }
         };
-        Index { rows: Bins::new(image, height as usize, |_| true, rows) }
+        FaceIndex { rows: Bins::new(image, height as usize, |_| true, rows) }
     }
 
     /// For each area of a row the faces that may be seen in it, translucent ones too. Areas need not be
     /// apart, but must be sorted by their first cell.
-    fn candidates(&self, image: &SpanImage, row: u32, areas: &[Area]) -> Vec<Vec<FaceId>> {
+    fn candidates(&self, image: &SpanImage, row: u32, areas: &[ProbeArea]) -> Vec<Vec<FaceId>> {
         let raster = image.view().raster();
-        let mut found: Vec<Vec<Entry>> = vec![Vec::new(); areas.len()];
+        let mut found: Vec<Vec<BinEntry>> = vec![Vec::new(); areas.len()];
         let widest = areas.iter().map(|area| area.cells.len() as u64).max().unwrap_or(0);
         for entry in self.rows.band(row) {
             let first = u64::from(entry.columns.0) << raster.fraction_bits();
@@ -72,7 +72,8 @@ impl Index {
         }
         let y = [f64::from(row), f64::from(row) + 1.0];
         // Probes may lie a little beyond their row.
-        let ends = |[low, high]: [f64; 2], area: &Area| [low.min(area.y[0]), high.max(area.y[1])];
+        let ends =
+            |[low, high]: [f64; 2], area: &ProbeArea| [low.min(area.y[0]), high.max(area.y[1])];
         let y = areas.iter().fold(y, ends);
         let mut inside = Inside { raster, y, known: HashMap::new() };
         let areas = areas.iter().zip(found);
@@ -124,8 +125,8 @@ impl Inside {
 /// The faces of an area without those that lie behind one that covers all of it.
 fn nearest(
     image: &SpanImage,
-    area: &Area,
-    mut faces: Vec<Entry>,
+    area: &ProbeArea,
+    mut faces: Vec<BinEntry>,
     inside: &mut Inside,
 ) -> Vec<FaceId> {
     faces.sort_unstable_by(|a, b| b.nearest.total_cmp(&a.nearest));
@@ -160,7 +161,7 @@ fn nearest(
 }
 
 /// Solves probes of a frame.
-pub(super) fn solve(frame: &SpanImage, index: &Index, probes: &Arc<[Probe]>) -> SpanImage {
+pub(super) fn solve(frame: &SpanImage, index: &FaceIndex, probes: &Arc<[Probe]>) -> SpanImage {
     // Neighbours in a row over the same cells are one window.
     let last = frame.view().raster().height - 1;
     let row = |probe: &Probe| (probe.y.max(0.0) as u32).min(last);
@@ -184,14 +185,14 @@ pub(super) fn solve(frame: &SpanImage, index: &Index, probes: &Arc<[Probe]>) -> 
         let probes = &probes[windows[*window].clone()];
         let ends = |[low, high]: [f64; 2], probe: &Probe| [low.min(probe.y), high.max(probe.y)];
         let y = probes.iter().fold([f64::INFINITY, f64::NEG_INFINITY], ends);
-        Area { cells: probes[0].cells.clone(), y }
+        ProbeArea { cells: probes[0].cells.clone(), y }
     };
     let rows: Vec<&[usize]> = order.chunk_by(|a, b| key(a).0 == key(b).0).collect();
     let solver = Solver { frame, raster: frame.view().raster(), limits: Limits::new(frame.view()) };
     let solved: Vec<(usize, Vec<Solved>)> = rows
         .into_par_iter()
         .flat_map_iter(|row| {
-            let areas: Vec<Area> = row.iter().map(area).collect();
+            let areas: Vec<ProbeArea> = row.iter().map(area).collect();
             let found = index.candidates(frame, key(&row[0]).0, &areas);
             let each = row.iter().zip(found).map(|(window, faces)| {
                 let probes = &probes[windows[*window].clone()];

@@ -14,8 +14,8 @@
 use rayon::prelude::*;
 use std::ops::Range;
 
-use super::band::{self, Band, LANES, Limits, Reach};
-use super::bins::{self, Bins, Entry};
+use super::band::{self, Band, BandReach, LANES, Limits};
+use super::bins::{self, BinEntry, Bins};
 use crate::camera::Plane;
 use crate::raster::Raster;
 use crate::span::{Face, FaceId, FaceTable, Layers, Lines, OnLine, Segment, SpanImage};
@@ -74,12 +74,12 @@ fn bins_of(frame: &SpanImage, lines: &Range<u32>, translucent: bool) -> Bins {
 /// A segment of a tile's line: its first cell, and the face seen with its depth on this line. It ends
 /// where the next begins.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct Winner {
     x: u32,
     on_line: OnLine,
 }
 
-impl Seen {
+impl Winner {
     fn is_background(&self) -> bool {
         !self.on_line.face().is_some()
     }
@@ -89,7 +89,7 @@ impl Seen {
 #[derive(Default)]
 struct Tile {
     /// Per line: segments from the tile's first cell.
-    lines: [Vec<Seen>; LANES],
+    lines: [Vec<Winner>; LANES],
     /// Changes since the bound was computed.
     changes: u32,
 }
@@ -103,8 +103,8 @@ struct Solver<'a> {
     tiles: Vec<Tile>,
     /// By tile: no winner is farther than this; minus infinity where there is background.
     bounds: Vec<f64>,
-    entries: Vec<Entry>,
-    scratch: Vec<Seen>,
+    entries: Vec<BinEntry>,
+    scratch: Vec<Winner>,
 }
 
 /// A face about to be inserted.
@@ -137,7 +137,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    fn solve(&mut self, band: &Band, faces: &[Entry]) -> Lines {
+    fn solve(&mut self, band: &Band, faces: &[BinEntry]) -> Lines {
         self.clear();
         let mut entries = std::mem::take(&mut self.entries);
         bins::sort_front_to_back(faces, &mut entries);
@@ -169,7 +169,7 @@ impl<'a> Solver<'a> {
 
     /// Whether a face is nowhere nearer than what is known to be seen.
     #[inline(always)]
-    fn is_hidden(&self, entry: &Entry) -> bool {
+    fn is_hidden(&self, entry: &BinEntry) -> bool {
         let (first, last) = entry.columns;
         let tiles = usize::from(first) / TILE as usize..=usize::from(last) / TILE as usize;
         // Strictly below: at equal depth rank and id may still decide for this face.
@@ -177,7 +177,7 @@ impl<'a> Solver<'a> {
     }
 
     /// The visible segments of translucent faces on the band that was solved last.
-    fn layers(&mut self, band: &Band, faces: &[Entry], opaque: &Lines) -> Layers {
+    fn layers(&mut self, band: &Band, faces: &[BinEntry], opaque: &Lines) -> Layers {
         if faces.is_empty() {
             return Layers::empty(opaque.range());
         }
@@ -221,7 +221,7 @@ impl<'a> Solver<'a> {
             let x = i as u32 * self.cells_per_tile;
             for line in &mut tile.lines {
                 line.clear();
-                line.push(Seen { x, on_line: OnLine::BACKGROUND });
+                line.push(Winner { x, on_line: OnLine::BACKGROUND });
             }
             tile.changes = 0;
         }
@@ -238,7 +238,12 @@ impl<'a> Solver<'a> {
     }
 
     /// Where a face with one segment to a line is seen if nothing hides it, all lines at once.
-    fn monotone(&self, band: &Band, candidate: &Candidate<'_>, on_line: &[OnLine; LANES]) -> Reach {
+    fn monotone(
+        &self,
+        band: &Band,
+        candidate: &Candidate<'_>,
+        on_line: &[OnLine; LANES],
+    ) -> BandReach {
         let ring = candidate.table.outline(candidate.face);
         let mut reach = band::reach(ring, band, self.raster);
         if !self.limits.are_open() {
@@ -357,8 +362,8 @@ impl<'a> Solver<'a> {
 /// Inserts a face's segments, from left to right, into a tile's line; returns whether anything changed.
 #[inline(always)]
 fn insert_line(
-    line: &mut Vec<Seen>,
-    scratch: &mut Vec<Seen>,
+    line: &mut Vec<Winner>,
+    scratch: &mut Vec<Winner>,
     tile: &Range<u32>,
     segments: &[Range<u32>],
     new: &OnLine,
@@ -366,7 +371,7 @@ fn insert_line(
     let within = |at: usize| {
         segments.get(at).map(|s: &Range<u32>| s.start.max(tile.start)..s.end.min(tile.end))
     };
-    let end_of = |line: &[Seen], i: usize| line.get(i + 1).map_or(tile.end, |next| next.x);
+    let end_of = |line: &[Winner], i: usize| line.get(i + 1).map_or(tile.end, |next| next.x);
     // What is hidden all along, most of what comes, changes nothing and copies nothing.
     let (mut i, mut at) = (0, 0);
     loop {
@@ -437,9 +442,9 @@ fn insert_line(
 
 /// Appends a segment, unless the last one shows the same face.
 #[inline(always)]
-fn push(line: &mut Vec<Seen>, x: u32, on_line: &OnLine) {
+fn push(line: &mut Vec<Winner>, x: u32, on_line: &OnLine) {
     if line.last().is_none_or(|last| last.on_line.face() != on_line.face()) {
-        line.push(Seen { x, on_line: *on_line });
+        line.push(Winner { x, on_line: *on_line });
     }
 }
 

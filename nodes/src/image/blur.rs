@@ -7,7 +7,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::picture;
-use spandrel_engine::values::Picture;
+use spandrel_engine::values::PictureDemand;
 
 /// Blurs a picture by a Gaussian, colour and alpha.
 ///
@@ -42,12 +42,12 @@ impl Node for Blur {
         }
     }
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.whole());
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let image = inputs.get(&self.image);
         let blurred = picture::blur(&image, self.radius * f64::from(image.size.1))?;
         Ok(wanted.part(blurred))

@@ -8,7 +8,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::picture;
-use spandrel_engine::values::Picture;
+use spandrel_engine::values::PictureDemand;
 
 /// Changes the colours of a picture. The steps, in order: times 2 ^ `exposure`, times `multiply`,
 /// plus `add`, to the power 1 / `gamma`, then `saturation`. `Recolor` and `Stream` grade object by
@@ -56,12 +56,12 @@ impl Node for Grade {
         Ok(())
     }
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         Ok(())
     }
 
-    fn evaluate(&self, _: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, _: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let Grade { exposure, multiply, add, gamma, saturation, .. } = *self;
         picture::Grade { exposure, multiply, add, gamma, saturation }
             .apply(&inputs.get(&self.image))

@@ -9,8 +9,8 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::image::Samples;
-use spandrel_engine::picture::{self, Key, Operator};
-use spandrel_engine::values::Picture;
+use spandrel_engine::picture::{self, ColorKey, Operator};
+use spandrel_engine::values::PictureDemand;
 
 /// Cuts a subject out of a photograph, such as a tree out of its sky. Keys say which colours are
 /// surely subject and which are surely background. Pixels between get an alpha, and the
@@ -26,13 +26,15 @@ pub struct Matte {
     /// 0.15)`, `Hue(210, 40, 0.2)` (hue in degrees, tolerance, amount of colour), `Clean(0.1,
     /// 0.03)`. Each key says where the subject ends and where the background begins, in
     /// display-coded colours. All keys must agree.
-    pub keys: Vec<Key>,
+    pub keys: Vec<ColorKey>,
     /// The same view without the subject.
     pub clean: Option<Link<Image>>,
     /// A polygon around the subject; everything outside it is background. Points are shares of
     /// width and height from the top left.
+    #[schemars(extend("x-parts" = ["x", "y"]))]
     pub garbage: Vec<(f64, f64)>,
     /// A polygon inside the subject; everything inside it is subject.
+    #[schemars(extend("x-parts" = ["x", "y"]))]
     pub keep: Vec<(f64, f64)>,
     /// How far soft edges reach into the background, as a share of the height.
     #[schemars(range(min = 0.0, max = 0.1))]
@@ -48,7 +50,7 @@ impl Default for Matte {
     fn default() -> Matte {
         Matte {
             image: Link::default(),
-            keys: vec![Key::Brighter(0.55, 0.75)],
+            keys: vec![ColorKey::Brighter(0.55, 0.75)],
             clean: None,
             garbage: Vec::new(),
             keep: Vec::new(),
@@ -75,7 +77,7 @@ impl Node for Matte {
         if !(0.0..=0.1).contains(&self.edge) {
             return Err(FieldError::new("edge", "must be 0 to 0.1, as a share of the height"));
         }
-        if self.clean.is_none() && self.keys.iter().any(|key| matches!(key, Key::Clean(..))) {
+        if self.clean.is_none() && self.keys.iter().any(|key| matches!(key, ColorKey::Clean(..))) {
             return Err(FieldError::new("clean", "a Clean key needs the view without the subject"));
         }
         for (field, polygon) in [("garbage", &self.garbage), ("keep", &self.keep)] {
@@ -91,13 +93,13 @@ impl Node for Matte {
         Ok(())
     }
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.whole());
         self.clean.iter().for_each(|clean| upstream.ask(clean, wanted.whole()));
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let image = inputs.get(&self.image);
         let clean = self.clean.as_ref().map(|clean| inputs.get(clean));
         let Matte { keys, garbage, keep, edge, decontaminate, .. } = self;

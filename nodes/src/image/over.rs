@@ -6,7 +6,7 @@ use spandrel_engine::Result;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::picture::{self, Operator};
-use spandrel_engine::values::Picture;
+use spandrel_engine::values::PictureDemand;
 
 /// Composites one picture over another by alpha, such as a cut-out photograph over a finished
 /// picture. The other channels are those of the back.
@@ -31,13 +31,13 @@ impl Node for Over {
     const GROUP: &'static str = "image";
     const ALIASES: &'static [&'static str] = &["Merge", "AlphaOver", "Composite", "Atop", "Plus"];
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.front, wanted.clone());
         upstream.ask(&self.back, wanted.clone());
         Ok(())
     }
 
-    fn evaluate(&self, _: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, _: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         picture::composite(&inputs.get(&self.front), &inputs.get(&self.back), self.operator)
     }
 }

@@ -10,7 +10,7 @@ use spandrel_engine::raster::Raster;
 use spandrel_engine::render::background;
 use spandrel_engine::resolve::Rule;
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::{Lines, Picture};
+use spandrel_engine::values::{PictureDemand, SpanDemand};
 
 /// Makes a panorama of what is behind a scene, seen in all directions. It shows the `Background`s
 /// of an image of spans over each other, with everything that programs drew on them. The panorama
@@ -48,14 +48,14 @@ impl Node for Panorama {
         Ok(())
     }
 
-    fn demand(&self, _: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, _: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         // What stands behind has no lines of its own: the fewest will do.
         let (raster, plan) = (Raster::new(2, 1)?, Rule::Sloped(1).plan()?);
-        upstream.ask(&self.image, Lines { raster, plan, rows: 0..1, layered: false });
+        upstream.ask(&self.image, SpanDemand { raster, plan, rows: 0..1, layered: false });
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let image = inputs.get(&self.image);
         Ok(wanted.part(background::panorama(&image, self.rows)?))
     }

@@ -8,7 +8,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::picture::{self, Dither, Palette};
-use spandrel_engine::values::Picture;
+use spandrel_engine::values::PictureDemand;
 
 /// Shows a picture in a few colours, for displays with a palette. The palette is the picture's own
 /// or given.
@@ -54,13 +54,13 @@ impl Node for Quantize {
         }
     }
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         // The colours are those of all of it.
         upstream.ask(&self.image, wanted.whole());
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let palette = match &self.palette[..] {
             [] => Palette::Own(self.colors),
             given => Palette::Given(given.to_vec()),

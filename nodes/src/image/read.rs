@@ -6,10 +6,9 @@ use spandrel_engine::Result;
 use spandrel_engine::graph::InFile;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Node, Upstream};
-use spandrel_engine::image::Image;
 use spandrel_engine::image::file::{Encoded, NotFinite, Select};
-use spandrel_engine::resolve::Channel;
-use spandrel_engine::values::Picture;
+use spandrel_engine::image::{Channel, Image};
+use spandrel_engine::values::PictureDemand;
 
 /// Reads a picture. OpenEXR and Radiance are taken as they are; all others, of 8 or 16 bits, become
 /// scene-linear colour. A link to a picture may name the file directly.
@@ -48,11 +47,11 @@ impl Node for Read {
         Ok(())
     }
 
-    fn demand(&self, _: &Picture, _: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, _: &PictureDemand, _: &mut Upstream<'_>) -> Result<()> {
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let file = Encoded::open(&self.file.under(inputs.directory()))?;
         let asked = &wanted.channels;
         let wants = |name: &str| match Channel::of(name) {

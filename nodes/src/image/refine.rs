@@ -9,10 +9,10 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::{Image, Window};
 use spandrel_engine::raster::Raster;
-use spandrel_engine::resolve::{self, Filter, Framing, Rate, Rule, Select, Vertical};
+use spandrel_engine::resolve::{self, Framing, PixelFilter, Rate, Rule, Select, Vertical};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture;
-use spandrel_engine::values::{Lines, Picture};
+use spandrel_engine::values::{PictureDemand, SpanDemand};
 
 /// Computes a part of a picture anew, such as its mirrors with more rays. Pixels that show anything
 /// selected become those of `image`, resolved here. All others stay as they are in `over`, and
@@ -33,23 +33,27 @@ pub struct Refine {
     /// is in pixels. `Traced` selects everything that rays start from.
     pub select: Select,
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.
+    #[schemars(extend("x-parts" = ["width", "height"]))]
     pub size: (u32, u32),
     /// How lines become pixels, as in `Resolve`.
     pub lines: Rule,
     /// Scale in x and y, as in `Resolve`.
+    #[schemars(extend("x-parts" = ["x", "y"]))]
     pub scale: (f64, f64),
     /// Moves the scene right and down, as in `Resolve`.
+    #[schemars(extend("x-parts" = ["right", "down"]))]
     pub pan: (f64, f64),
     /// The part to compute, as in `Resolve`.
+    #[schemars(extend("x-parts" = ["left", "top", "width", "height"]))]
     pub window: Option<(u32, u32, u32, u32)>,
     /// Which lines a scaled row takes, as in `Resolve`.
     pub vertical: Vertical,
     /// The pixel filter, as in `Resolve`.
-    pub filter: Filter,
+    pub filter: PixelFilter,
     /// How often faces are shaded, as in `Resolve`.
     pub shading: Rate,
     /// How pictures on surfaces are filtered, as in `Resolve`.
-    pub textures: texture::Filter,
+    pub textures: texture::TextureFilter,
 }
 
 impl Default for Refine {
@@ -64,15 +68,15 @@ impl Default for Refine {
             pan: (0.0, 0.0),
             window: None,
             vertical: Vertical::Fractions,
-            filter: Filter::Box,
+            filter: PixelFilter::Box,
             shading: Rate::Pixel,
-            textures: texture::Filter::default(),
+            textures: texture::TextureFilter::default(),
         }
     }
 }
 
 impl Refine {
-    fn framing(&self, wanted: &Picture) -> Result<(Raster, Framing)> {
+    fn framing(&self, wanted: &PictureDemand) -> Result<(Raster, Framing)> {
         let window = self.window.map(|(x, y, width, height)| Window { x, y, width, height });
         let (raster, framing) = wanted.framing(self.size, self.scale, window)?;
         let Refine { vertical, filter, shading, textures, .. } = *self;
@@ -97,15 +101,18 @@ impl Node for Refine {
         Ok(())
     }
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         let (raster, framing) = self.framing(wanted)?;
         let rows = framing.raster_rows(raster);
         upstream.ask(&self.over, wanted.clone());
-        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows, layered: false });
+        upstream.ask(
+            &self.image,
+            SpanDemand { raster, plan: self.lines.plan()?, rows, layered: false },
+        );
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let (_, framing) = self.framing(wanted)?;
         let (over, image) = (inputs.get(&self.over), inputs.get(&self.image));
         let channels = &wanted.channels;

@@ -8,8 +8,8 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::picture;
-use spandrel_engine::texture::Filter;
-use spandrel_engine::values::Picture;
+use spandrel_engine::texture::TextureFilter;
+use spandrel_engine::values::PictureDemand;
 
 /// Fits a picture, or a part of it, into another size: moved, scaled and turned. Each new pixel is
 /// filtered by what it covers of the old picture. Colour and alpha only.
@@ -22,20 +22,24 @@ pub struct Reformat {
     pub image: Link<Image>,
     /// Columns and rows of the new picture. If absent, those of the old. `--size` and `--scale` of
     /// the command line change it, as they change all pictures.
+    #[schemars(extend("x-parts" = ["width", "height"]))]
     pub size: Option<(u32, u32)>,
     /// The part that is shown: left, top, width and height, as shares of the picture.
+    #[schemars(extend("x-parts" = ["left", "top", "width", "height"]))]
     pub part: (f64, f64, f64, f64),
     /// Whether the part fills the new picture in both directions, changing its proportions. If not,
     /// all of it is shown, with nothing beside it.
     pub stretch: bool,
     /// Moves the picture right and down, in shares of the new width and height.
+    #[schemars(extend("x-parts" = ["right", "down"]))]
     pub shift: (f64, f64),
     /// Scales it to the right and downwards; below 0 mirrors it.
+    #[schemars(extend("x-parts" = ["x", "y"]))]
     pub scale: (f64, f64),
     /// Turns it clockwise about its middle, in degrees.
     pub turn: f64,
     /// The filter: `Nearest`, `Trilinear`, `Anisotropic(n)` or `Exact`.
-    pub filter: Filter,
+    pub filter: TextureFilter,
 }
 
 impl Default for Reformat {
@@ -48,7 +52,7 @@ impl Default for Reformat {
             shift: (0.0, 0.0),
             scale: (1.0, 1.0),
             turn: 0.0,
-            filter: Filter::default(),
+            filter: TextureFilter::default(),
         }
     }
 }
@@ -85,12 +89,12 @@ impl Node for Reformat {
         self.filter.check().map_err(|what| FieldError::new("filter", what))
     }
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.whole());
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let image = inputs.get(&self.image);
         let scaled = |(width, height): (u32, u32)| {
             let (x, y) = wanted.changed.scale.unwrap_or((1.0, 1.0));

@@ -9,10 +9,10 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::{Image, Window};
 use spandrel_engine::raster::Raster;
-use spandrel_engine::resolve::{self, Filter, Framing, Rate, Rule, Vertical};
+use spandrel_engine::resolve::{self, Framing, PixelFilter, Rate, Rule, Vertical};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture;
-use spandrel_engine::values::{Lines, Picture};
+use spandrel_engine::values::{PictureDemand, SpanDemand};
 
 /// Turns spans into pixels, antialiased, at any scale. `size` and `lines` decide what visibility is
 /// solved for. `scale`, `pan` and `window` only decide how it is shown: nodes that differ only in
@@ -25,6 +25,7 @@ pub struct Resolve {
     /// The image.
     pub image: Link<SpanImage>,
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.
+    #[schemars(extend("x-parts" = ["width", "height"]))]
     pub size: (u32, u32),
     /// How lines become pixels. `Sloped(n)` has n lines per row and uses the slopes of edges.
     /// `Sampled(n, Trapezoid)` and `Sampled(n, Box)` take lines as they are, weighted as in the
@@ -34,10 +35,13 @@ pub struct Resolve {
     /// estimate that decides.
     pub lines: Rule,
     /// Scale in x and y. The picture is this many times `size`; visibility is not solved again.
+    #[schemars(extend("x-parts" = ["x", "y"]))]
     pub scale: (f64, f64),
     /// Moves the scene right and down, in pixels of the picture.
+    #[schemars(extend("x-parts" = ["right", "down"]))]
     pub pan: (f64, f64),
     /// The part to compute: left, top, width and height, in pixels of the picture.
+    #[schemars(extend("x-parts" = ["left", "top", "width", "height"]))]
     pub window: Option<(u32, u32, u32, u32)>,
     /// For `Sampled` at scales other than 1: `Whole` lines with equal weights, as in \[N] eq. 7, or
     /// exact `Fractions`.
@@ -45,13 +49,13 @@ pub struct Resolve {
     /// The pixel filter: `Box`, `Tent`, `Gaussian`, `Mitchell` or `Lanczos`. It is integrated along
     /// spans, which is sharper than filtering finished pixels. `Adaptive` and `Exact` take `Box`
     /// only.
-    pub filter: Filter,
+    pub filter: PixelFilter,
     /// How often faces are shaded: `Face`, once each; `Pixel`, once in each pixel; `Line`, once on
     /// each line in each pixel.
     pub shading: Rate,
     /// How pictures on surfaces are filtered: `Nearest`; `Trilinear`; `Anisotropic(n)`, up to n
     /// samples along what a pixel covers; or `Exact`, the mean of what it covers, slowly.
-    pub textures: texture::Filter,
+    pub textures: texture::TextureFilter,
 }
 
 impl Default for Resolve {
@@ -64,16 +68,16 @@ impl Default for Resolve {
             pan: (0.0, 0.0),
             window: None,
             vertical: Vertical::Fractions,
-            filter: Filter::Box,
+            filter: PixelFilter::Box,
             shading: Rate::Pixel,
-            textures: texture::Filter::default(),
+            textures: texture::TextureFilter::default(),
         }
     }
 }
 
 impl Resolve {
     /// What visibility is solved for, and how it is shown.
-    fn framing(&self, wanted: &Picture) -> Result<(Raster, Framing)> {
+    fn framing(&self, wanted: &PictureDemand) -> Result<(Raster, Framing)> {
         let window = self.window.map(|(x, y, width, height)| Window { x, y, width, height });
         let (raster, framing) = wanted.framing(self.size, self.scale, window)?;
         let Resolve { vertical, filter, shading, textures, .. } = *self;
@@ -98,14 +102,17 @@ impl Node for Resolve {
         Ok(())
     }
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         let (raster, framing) = self.framing(wanted)?;
         let rows = framing.raster_rows(raster);
-        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows, layered: false });
+        upstream.ask(
+            &self.image,
+            SpanDemand { raster, plan: self.lines.plan()?, rows, layered: false },
+        );
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let (_, framing) = self.framing(wanted)?;
         let image = inputs.get(&self.image);
         resolve::resolve(&image, self.lines, &framing, &wanted.channels)

@@ -8,7 +8,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::Image;
 use spandrel_engine::picture::{self, Segments};
-use spandrel_engine::values::Picture;
+use spandrel_engine::values::PictureDemand;
 
 /// Divides a picture into numbered regions, by thresholds or by its own colours. The result is a
 /// trigger pattern for attribute mapping. Written as a PNG, each byte is the number of the region.
@@ -57,12 +57,12 @@ impl Node for Segment {
         }
     }
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.whole());
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let made = picture::segment(&inputs.get(&self.image), &self.segments())?;
         Ok(wanted.part(made))
     }

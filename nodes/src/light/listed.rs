@@ -3,19 +3,41 @@
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use spandrel_engine::Result;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::light::list::{self, Fault, MakeLamp};
+use spandrel_engine::light::list::{self, LightFault, MakeLamp};
 use spandrel_engine::trace::Toward;
 use spandrel_engine::values::Lamps;
 use std::borrow::Cow;
 
 /// A light of a scene's list, as a node. Its fields and their documentation are the light's own.
-#[derive(Default, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Listed<L>(L);
+#[derive(Default)]
+pub struct Listed<L> {
+    light: L,
+    /// The sun that it follows, if it follows one: its text says where it is.
+    sun: Link<Lamps>,
+}
+
+impl<L: ListedLight> From<L> for Listed<L> {
+    fn from(light: L) -> Listed<L> {
+        let sun = Link::to(light.follows().unwrap_or_default());
+        Listed { light, sun }
+    }
+}
+
+impl<L: ListedLight> Serialize for Listed<L> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+        self.light.serialize(serializer)
+    }
+}
+
+impl<'de, L: ListedLight> Deserialize<'de> for Listed<L> {
+    fn deserialize<D: Deserializer<'de>>(reader: D) -> std::result::Result<Self, D::Error> {
+        L::deserialize(reader).map(Listed::from)
+    }
+}
 
 /// A light that can stand in a scene's list.
 pub trait ListedLight:
@@ -91,25 +113,23 @@ impl<L: ListedLight> Node for Listed<L> {
     const ALIASES: &'static [&'static str] = L::ALIASES;
 
     fn check(&self) -> std::result::Result<(), FieldError> {
-        Lamps::check(&self.0)
+        Lamps::check(&self.light)
     }
 
     fn demand(&self, (): &(), upstream: &mut Upstream<'_>) -> Result<()> {
-        if let Some(sun) = self.0.follows() {
-            upstream.ask(&Link::<Lamps>::to(sun), ());
-        }
+        upstream.ask(&self.sun, ());
         Ok(())
     }
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Lamps> {
-        let Some(name) = self.0.follows() else { return Lamps::one(&self.0, inputs) };
-        let lamps = inputs.get(&Link::<Lamps>::to(name));
+        let Some(name) = self.light.follows() else { return Lamps::one(&self.light, inputs) };
+        let lamps = inputs.get(&self.sun);
         let sun = lamps.0.iter().find_map(|lamp| match lamp.light.toward()? {
             Toward::Direction(sun) => Some(sun),
             Toward::Point(_) => None,
         });
-        let mut light = self.0.clone();
-        light.follow(sun.ok_or_else(|| Fault::no_sun(name))?);
+        let mut light = self.light.clone();
+        light.follow(sun.ok_or_else(|| LightFault::no_sun(name))?);
         Lamps::one(&light, inputs)
     }
 }

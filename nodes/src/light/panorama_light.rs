@@ -5,11 +5,10 @@ use serde::{Deserialize, Serialize};
 use spandrel_engine::color::Color;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::light::Lamp;
 use spandrel_engine::light::panorama::Panorama;
-use spandrel_engine::resolve::Channel;
-use spandrel_engine::values::{Lamps, Override, Picture};
+use spandrel_engine::values::{Lamps, Override, PictureDemand};
 use spandrel_engine::{Error, Result};
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -72,7 +71,7 @@ impl Node for PanoramaLight {
 
     fn demand(&self, (): &(), upstream: &mut Upstream<'_>) -> Result<()> {
         let channels = BTreeSet::from([Channel::Color]);
-        upstream.ask(&self.image, Picture { channels, changed: Override::default() });
+        upstream.ask(&self.image, PictureDemand { channels, changed: Override::default() });
         Ok(())
     }
 

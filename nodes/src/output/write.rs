@@ -6,10 +6,9 @@ use spandrel_engine::graph::OutFile;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::file::{self, Format};
-use spandrel_engine::image::{Image, Samples, Window};
-use spandrel_engine::resolve::Channel;
+use spandrel_engine::image::{Channel, Image, Samples, Window};
 use spandrel_engine::text::list;
-use spandrel_engine::values::{Delivery, Override, Picture};
+use spandrel_engine::values::{Delivery, Override, PictureDemand};
 use spandrel_engine::{Error, Result};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -130,7 +129,7 @@ impl Node for Write {
 
     fn demand(&self, wanted: &Override, upstream: &mut Upstream<'_>) -> Result<()> {
         let (channels, changed) = (self.asked(), wanted.clone());
-        upstream.ask(&self.image, Picture { channels, changed });
+        upstream.ask(&self.image, PictureDemand { channels, changed });
         Ok(())
     }
 

@@ -10,7 +10,7 @@ use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::Rule;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file::{self, Options};
-use spandrel_engine::values::{Delivery, Lines, Override};
+use spandrel_engine::values::{Delivery, Override, SpanDemand};
 use spandrel_engine::{Error, Result};
 
 /// Writes an image of spans to a .span file. Visibility is then solved once; the file can be
@@ -26,6 +26,7 @@ pub struct WriteSpans {
     /// The file, ending in `.span`. Folders are made as needed.
     pub path: OutFile,
     /// Width and height in pixels for which visibility is solved, each 1 to 65536.
+    #[schemars(extend("x-parts" = ["width", "height"]))]
     pub size: (u32, u32),
     /// The lines to write, as in `Resolve`. `Sloped(n)` and `Sampled(n, Box)` have the same lines;
     /// `Sampled(n, Trapezoid)` has others. `Adaptive` and `Exact` are errors, because they ask for
@@ -98,7 +99,10 @@ impl Node for WriteSpans {
             }
             None => 0..height,
         };
-        upstream.ask(&self.image, Lines { raster, plan: self.lines.plan()?, rows, layered: false });
+        upstream.ask(
+            &self.image,
+            SpanDemand { raster, plan: self.lines.plan()?, rows, layered: false },
+        );
         Ok(())
     }
 

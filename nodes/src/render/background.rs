@@ -7,12 +7,11 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::image::Image;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::key::KeyHasher;
-use spandrel_engine::render::background::{self, By, Photograph, Show, Stand};
-use spandrel_engine::resolve::Channel;
+use spandrel_engine::render::background::{self, BackgroundOptions, Photograph, PictureFit, Show};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::{Lamps, Lines, Override, Picture};
+use spandrel_engine::values::{Lamps, Override, PictureDemand, SpanDemand};
 use std::collections::BTreeSet;
 
 /// Fills the whole view behind a scene with a colour, a gradient over the horizon, a sky or a
@@ -47,7 +46,7 @@ pub struct Background {
     /// it, and nothing beside it. `Stretch` changes its proportions. `Direction` is a panorama
     /// around everything, twice as wide as high, its middle facing -z. Mirrors show the mean of a
     /// picture that is not placed by direction.
-    pub by: By,
+    pub by: PictureFit,
     /// Turns a panorama, in degrees clockwise seen from above.
     pub turn: f64,
     /// The distance along the view axis, in metres. If absent, it is behind everything, and its `Z`
@@ -67,7 +66,7 @@ impl Default for Background {
             suns: Vec::new(),
             white: 1.0,
             picture: None,
-            by: By::Fill,
+            by: PictureFit::Fill,
             turn: 0.0,
             distance: None,
             name: "background".to_owned(),
@@ -96,11 +95,11 @@ impl Node for Background {
         if !self.turn.is_finite() {
             return Err(FieldError::new("turn", "must be finite"));
         }
-        if self.turn != 0.0 && self.by != By::Direction {
+        if self.turn != 0.0 && self.by != PictureFit::Direction {
             let what = "turns a panorama: say `by: Direction` of a picture that is one";
             return Err(FieldError::new("turn", what));
         }
-        if self.by != By::Fill && self.picture.is_none() {
+        if self.by != PictureFit::Fill && self.picture.is_none() {
             return Err(FieldError::new("by", "says how a `picture` lies: there is none"));
         }
         if self.sky.is_none() && !self.suns.is_empty() {
@@ -116,16 +115,16 @@ impl Node for Background {
         Ok(())
     }
 
-    fn demand(&self, _: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, _: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.camera, ());
         self.sky.iter().chain(&self.suns).for_each(|light| upstream.ask(light, ()));
         let channels = BTreeSet::from([Channel::Color]);
-        let whole = Picture { channels, changed: Override::default() };
+        let whole = PictureDemand { channels, changed: Override::default() };
         self.picture.iter().for_each(|picture| upstream.ask(picture, whole.clone()));
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let view = View::new(&inputs.get(&self.camera), wanted.raster)?;
         let mut key = KeyHasher::new("background");
         key.value(&(self.color, &self.gradient, self.white, self.by, self.turn, self.distance));
@@ -146,7 +145,7 @@ impl Node for Background {
             (None, None) => Show::Gradient(self.gradient.clone()),
         };
         let (label, strength, distance) = (self.name.clone(), self.color, self.distance);
-        let stand = Stand { label, key: key.finish(), strength, distance };
+        let stand = BackgroundOptions { label, key: key.finish(), strength, distance };
         background::image(show, stand, &view, wanted.plan, wanted.rows.clone())
     }
 }

@@ -8,11 +8,10 @@ use spandrel_engine::camera::{Camera, View};
 use spandrel_engine::color::Color;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::image::Image;
-use spandrel_engine::render::billboards::{self, Chance, Stand, Subject, Tree};
-use spandrel_engine::resolve::Channel;
+use spandrel_engine::image::{Channel, Image};
+use spandrel_engine::render::billboards::{self, BillboardsOptions, Chance, Subject, Tree};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::{Lines, Override, Picture};
+use spandrel_engine::values::{Override, PictureDemand, SpanDemand};
 use spandrel_engine::{Error, Result};
 use std::collections::BTreeSet;
 
@@ -36,6 +35,7 @@ pub struct Billboards {
     pub pictures: Vec<Link<Image>>,
     /// Single trees: the number of the picture (from 0), the place of the foot in metres, and the
     /// height in metres.
+    #[schemars(extend("x-parts" = ["subject", "foot", "height"]))]
     pub trees: Vec<(u32, (f64, f64, f64), f64)>,
     /// Rows of trees along lines from point to point.
     pub rows: Vec<Row>,
@@ -56,10 +56,12 @@ pub struct Billboards {
 #[serde(deny_unknown_fields)]
 pub struct Row {
     /// Two or more points, in metres.
+    #[schemars(extend("x-parts" = ["x", "y", "z"]))]
     pub along: Vec<(f64, f64, f64)>,
     /// Metres from tree to tree.
     pub every: f64,
     /// The least and the greatest height, in metres.
+    #[schemars(extend("x-parts" = ["least", "most"]))]
     pub heights: (f64, f64),
     /// How far a tree may stand from its place, in metres.
     #[serde(default)]
@@ -74,10 +76,12 @@ pub struct Row {
 #[serde(deny_unknown_fields)]
 pub struct Area {
     /// Its corners, in metres. Trees stand at the height of the lowest.
+    #[schemars(extend("x-parts" = ["x", "y", "z"]))]
     pub corners: Vec<(f64, f64, f64)>,
     /// The number of trees.
     pub count: u32,
     /// The least and the greatest height, in metres.
+    #[schemars(extend("x-parts" = ["least", "most"]))]
     pub heights: (f64, f64),
     /// The least distance between trees, in metres. Trees that find no room are left out.
     #[serde(default)]
@@ -225,15 +229,15 @@ impl Node for Billboards {
         Ok(())
     }
 
-    fn demand(&self, _: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, _: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.camera, ());
         let channels = BTreeSet::from([Channel::Color]);
-        let whole = Picture { channels, changed: Override::default() };
+        let whole = PictureDemand { channels, changed: Override::default() };
         self.pictures.iter().for_each(|picture| upstream.ask(picture, whole.clone()));
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let view = View::new(&inputs.get(&self.camera), wanted.raster)?;
         let trees = self.planted(inputs)?;
         if trees.is_empty() {
@@ -251,7 +255,8 @@ impl Node for Billboards {
                  without `preview`"
             ));
         }
-        let stand = Stand { label: self.name.clone(), color: self.color, lit: self.lit };
+        let stand =
+            BillboardsOptions { label: self.name.clone(), color: self.color, lit: self.lit };
         billboards::image(subjects, trees, stand, &view, wanted.plan, wanted.rows.clone())
     }
 }

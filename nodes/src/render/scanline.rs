@@ -9,7 +9,7 @@ use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::render::scanline::{self, Cluster};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::SpanDemand;
 
 /// Renders a scene to spans by the scan-line method: the visible part of every face on every line,
 /// exactly. Concave faces, holes, seals and faces that cross each other need no preparation.
@@ -36,13 +36,13 @@ impl Node for Scanline {
     const GROUP: &'static str = "render";
     const ALIASES: &'static [&'static str] = &["ScanlineRender", "Render", "Renderer"];
 
-    fn demand(&self, _: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, _: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.scene, ());
         upstream.ask(&self.camera, ());
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let view = View::new(&inputs.get(&self.camera), wanted.raster)?;
         let (scene, priority) = (inputs.get(&self.scene), self.priority);
         let cluster = Cluster { priority, layered: wanted.layered, ..scene.into() };

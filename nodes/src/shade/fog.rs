@@ -9,7 +9,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::shade::{self, FogHeight, FogLaw};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::{Lamps, Lines};
+use spandrel_engine::values::{Lamps, SpanDemand};
 use std::sync::Arc;
 
 /// Adds fog by the distance of each visible surface, before anything is resolved. A wire in front
@@ -85,13 +85,13 @@ impl Node for Fog {
         }
     }
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         self.sky.iter().for_each(|sky| upstream.ask(sky, ()));
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let height = self.falloff.map(|falloff| FogHeight { level: self.level, falloff });
         let image = inputs.get(&self.image);
         if image.sources().iter().any(|source| source.surfaces.beyond().is_some()) {

@@ -14,7 +14,7 @@ use spandrel_engine::light::{Lamp, Receiver};
 use spandrel_engine::shade::{self, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::{Reductions, Toward};
-use spandrel_engine::values::{Lamps, Lines};
+use spandrel_engine::values::{Lamps, SpanDemand};
 use std::cell::LazyCell;
 use std::sync::Arc;
 
@@ -33,7 +33,7 @@ pub struct Illuminate {
     pub lights: Vec<NamedLink<Lamps>>,
     /// Light from above: what a white surface that faces straight up shows without any other light.
     /// If absent, that of the scene's `environment`. If no scene of the image has one: none beside
-    /// a SkyLight or an AmbientLight, else a tenth of white.
+    /// a SkyLight, a PanoramaLight or an AmbientLight, else a tenth of white.
     pub ambient: Option<Color>,
     /// Light from below: what a white surface that faces straight down shows. If absent, the same
     /// as `ambient`, and every surface gets the same.
@@ -80,7 +80,8 @@ impl Default for Illuminate {
 /// The middle of an image's scenes, and the middles of its eight octants: a lamp may stand in one
 /// of them.
 fn middles(image: &SpanImage) -> Vec<DVec3> {
-    let bounds = image.sources().iter().filter_map(|source| source.surfaces.casters()?.bounds());
+    let bounds =
+        image.sources().iter().filter_map(|source| source.surfaces.rays()?.casters().bounds());
     let bounds = bounds.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
     let [low, high] = bounds.unwrap_or_default();
     let eighths =
@@ -161,13 +162,13 @@ impl Node for Illuminate {
         }
     }
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         self.lights.iter().for_each(|light| upstream.ask(light, ()));
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let image = inputs.get(&self.image);
         let named = |link| Lamps::named(inputs, link);
         let mut lamps: Vec<Lamp> = self.lights.iter().flat_map(named).collect();
@@ -240,7 +241,7 @@ impl Node for Illuminate {
             lit = shaded(shadows, lamps)?;
         }
         if shadows != Shadows::Off {
-            for source in image.sources().iter().filter(|source| !source.surfaces.casts()) {
+            for source in image.sources().iter().filter(|source| source.surfaces.rays().is_none()) {
                 inputs.warn(&format!(
                     "\"{}\" casts no shadows: its renderer does not say where its surfaces are",
                     source.label

@@ -7,7 +7,7 @@ use spandrel_engine::color::Color;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::shade;
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::SpanDemand;
 use std::sync::Arc;
 
 /// Changes the colours of an image, surface by surface, before anything is resolved. One cluster
@@ -41,12 +41,12 @@ impl Node for Recolor {
     const GROUP: &'static str = "shade";
     const ALIASES: &'static [&'static str] = &["Grade", "ColorCorrect", "DeepGrade"];
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let Recolor { multiply, add, saturation, .. } = *self;
         let shader = shade::Recolor { multiply, add, saturation };
         inputs.get(&self.image).shaded(Arc::new(shader))

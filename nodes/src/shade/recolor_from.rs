@@ -4,11 +4,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::image::Image;
-use spandrel_engine::resolve::Channel;
+use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::shade::{PictureColors, PictureFrame};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::{Lines, Override, Picture};
+use spandrel_engine::values::{Override, PictureDemand, SpanDemand};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -35,16 +34,18 @@ impl Node for RecolorFrom {
     const GROUP: &'static str = "shade";
     const ALIASES: &'static [&'static str] = &["DeepRecolor", "DeepFromImage", "Project3D"];
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         let size = Some((wanted.raster.width, wanted.raster.height));
         let changed = Override { size, ..Override::default() };
-        upstream
-            .ask(&self.picture, Picture { channels: BTreeSet::from([Channel::Color]), changed });
+        upstream.ask(
+            &self.picture,
+            PictureDemand { channels: BTreeSet::from([Channel::Color]), changed },
+        );
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let picture = inputs.get(&self.picture);
         let window = picture.window;
         let frame = PictureFrame {

@@ -3,13 +3,13 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use spandrel_engine::color::{Color, Kind};
+use spandrel_engine::color::{Color, ValueKind};
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::shade;
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::stream::{Fault, Parameter};
-use spandrel_engine::values::Lines;
+use spandrel_engine::stream::{Parameter, ProgramFault};
+use spandrel_engine::values::SpanDemand;
 use spandrel_engine::{Error, Result};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -47,6 +47,7 @@ pub struct Stream {
     /// The image.
     pub image: Link<SpanImage>,
     /// The program. If absent, nothing changes.
+    #[schemars(extend("x-what" = "program of the stream editor"))]
     pub code: String,
     /// Numbers for the program, by name.
     pub numbers: BTreeMap<String, f32>,
@@ -55,7 +56,7 @@ pub struct Stream {
     /// Channels that the program makes, or that it reads if an earlier `Stream` made them. Each
     /// name has the type `Number` or `Color`, as in `{"wet": Number}`. `Write` writes them with the
     /// channel `Made`.
-    pub channels: BTreeMap<String, Kind>,
+    pub channels: BTreeMap<String, ValueKind>,
     /// The value of `frame` in the program.
     pub frame: f32,
 }
@@ -74,7 +75,7 @@ impl Default for Stream {
 }
 
 impl Stream {
-    fn shader(&self) -> std::result::Result<shade::Stream, Fault> {
+    fn shader(&self) -> std::result::Result<shade::Stream, ProgramFault> {
         let numbers = self.numbers.iter().map(|(name, n)| (name.clone(), Parameter::Number(*n)));
         let colors = self.colors.iter().map(|(name, c)| (name.clone(), Parameter::Color(*c)));
         let frame = ("frame".to_owned(), Parameter::Number(self.frame));
@@ -91,19 +92,19 @@ impl Node for Stream {
         &["DeepExpression", "Expression", "PixelStreamEditor", "BlinkScript", "Wrangle"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {
-        let at_code = |fault: Fault| FieldError::new("code", fault.to_string()).at(fault.at);
+        let at_code = |fault: ProgramFault| FieldError::new("code", fault.to_string()).at(fault.at);
         self.shader().map(drop).map_err(at_code)
     }
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         // Where it makes opaque surfaces let light through, what is behind them is seen.
         let makes_alpha = self.shader().is_ok_and(|shader| shader.makes_alpha());
         let layered = wanted.layered || makes_alpha;
-        upstream.ask(&self.image, Lines { layered, ..wanted.clone() });
+        upstream.ask(&self.image, SpanDemand { layered, ..wanted.clone() });
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let shader = self.shader().map_err(|fault| Error::invalid(fault.to_string()))?;
         let image = inputs.get(&self.image);
         shader.names_of_nothing(|| image.names()).iter().for_each(|said| inputs.warn(said));

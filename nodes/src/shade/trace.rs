@@ -10,7 +10,7 @@ use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::shade;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::Accelerator;
-use spandrel_engine::values::{Lamps, Lines};
+use spandrel_engine::values::{Lamps, SpanDemand};
 use std::sync::Arc;
 
 /// Local ray tracing: shows reflections and refractions where a material's `finish` has `optics`,
@@ -90,14 +90,14 @@ impl Node for Trace {
         }
     }
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         self.beside.iter().for_each(|image| upstream.ask(image, wanted.clone()));
         self.sky.iter().chain(&self.suns).for_each(|light| upstream.ask(light, ()));
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let image = inputs.get(&self.image);
         let sky = match &self.sky {
             Some(link) => {

@@ -33,7 +33,7 @@ pub struct ReadScene {
     #[schemars(range(min = 0.0, max = 180.0))]
     pub crease: Option<f64>,
     /// Whether surfaces show their pictures. Use `false` when the pictures are not at hand. A
-    /// missing material library then gives no warning either.
+    /// missing material library is then no error either.
     pub pictures: Option<bool>,
     /// The level of detail of a city's buildings, such as 1 or 2.2. A building and its parts are
     /// shown in one level: this one, or the nearest coarser level that they have. A whole number

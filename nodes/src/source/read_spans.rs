@@ -8,7 +8,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::span_file::SpanFile;
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::SpanDemand;
 use std::path::Path;
 
 /// Reads an image of spans from a .span file: only the rows that are needed. Camera, size and lines
@@ -45,12 +45,12 @@ impl Node for ReadSpans {
         Ok(())
     }
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         // Before anything is computed.
         SpanFile::check(&upstream.directory().join(&self.file.0), wanted.raster, wanted.plan)
     }
 
-    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let folder = self.scenes.as_ref().map(|folder| inputs.directory().join(folder));
         let file = SpanFile::open(&self.file.under(inputs.directory()), folder.as_deref())?;
         for scene in file.scenes() {

@@ -6,7 +6,7 @@ use spandrel_engine::Result;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::SpanDemand;
 
 /// Keeps what an image shows inside a window. Outside it, nothing is seen.
 ///
@@ -18,6 +18,7 @@ pub struct Crop {
     pub image: Link<SpanImage>,
     /// Left, top, width and height, as shares of the picture from 0 to 1. The window is then the
     /// same at every size.
+    #[schemars(extend("x-parts" = ["left", "top", "width", "height"]))]
     pub window: (f64, f64, f64, f64),
 }
 
@@ -41,12 +42,12 @@ impl Node for Crop {
         Err(FieldError::new("window", "give left, top, width and height; the last two above 0"))
     }
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let (left, top, width, height) = self.window;
         let (w, h) = (f64::from(wanted.raster.width), f64::from(wanted.raster.height));
         let image = inputs.get(&self.image);

@@ -6,7 +6,7 @@ use spandrel_engine::Result;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::SpanDemand;
 
 /// Merges span images by depth: the nearest surface is seen everywhere. Any number of images in any
 /// order give the same result, bit for bit. Surfaces that cross are cut where they meet.
@@ -32,12 +32,12 @@ impl Node for DepthMerge {
         }
     }
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         self.inputs.iter().for_each(|input| upstream.ask(input, wanted.clone()));
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let rows = |input: &Link<SpanImage>| inputs.get(input).of_rows(&wanted.rows);
         let images: Vec<SpanImage> = self.inputs.iter().map(rows).collect();
         SpanImage::merge(&images)

@@ -6,7 +6,7 @@ use spandrel_engine::Result;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::SpanDemand;
 
 /// Brings an image nearer or farther than it was rendered, for merging. Every distance is
 /// multiplied by `distance`, and `nearer` is added to its reciprocal. Both keep planes plane, so
@@ -46,12 +46,12 @@ impl Node for DepthScale {
         Err(FieldError::new("distance", format!("{} is not above 0", self.distance)))
     }
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         inputs.get(&self.image).with_depths(1.0 / self.distance, self.nearer)
     }
 

@@ -6,7 +6,7 @@ use spandrel_engine::Result;
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::{DepthRange, SpanImage};
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::SpanDemand;
 
 /// Keeps what is between two distances along the view axis. Faces that reach beyond them are cut
 /// there, antialiased. What is hidden behind the nearest opaque faces is not in the image, so it
@@ -39,12 +39,12 @@ impl Node for DepthSlice {
         }
     }
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let image = inputs.get(&self.image);
         let view = image.view();
         // Before the eye of a perspective camera there is no distance below 0.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::{Keep, SpanImage};
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::SpanDemand;
 
 /// Shows an image only where a matte is not in front of it, or only where it is. Opaque faces of
 /// the matte cut exactly; translucent ones hold out their share. Where one surface of the image is
@@ -39,13 +39,13 @@ impl Node for Holdout {
     const GROUP: &'static str = "span";
     const ALIASES: &'static [&'static str] = &["DeepHoldout", "HoldIn", "Matte", "DeepMatte"];
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         upstream.ask(&self.matte, wanted.clone());
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let keep = match self.keep {
             Kept::Outside => Keep::Outside,
             Kept::Inside => Keep::Inside,

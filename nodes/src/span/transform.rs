@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::values::Lines;
+use spandrel_engine::values::SpanDemand;
 use spandrel_engine::{Error, Result};
 
 /// Moves an image over the picture, with its depths, to merge it elsewhere. To show a whole picture
@@ -18,12 +18,13 @@ pub struct Transform {
     pub image: Link<SpanImage>,
     /// How far to move, right and down, in pixels of the raster. The move down must land on lines:
     /// with n lines per row, a multiple of 1 / n.
+    #[schemars(extend("x-parts" = ["right", "down"]))]
     pub translate: (f64, f64),
 }
 
 impl Transform {
     /// How many lines it moves down.
-    fn lines(&self, wanted: &Lines) -> Result<i64> {
+    fn lines(&self, wanted: &SpanDemand) -> Result<i64> {
         let n = f64::from(wanted.plan.per_row);
         let lines = self.translate.1 * n;
         let whole = lines.round();
@@ -44,18 +45,18 @@ impl Node for Transform {
     const GROUP: &'static str = "span";
     const ALIASES: &'static [&'static str] = &["DeepTransform", "Translate", "Move", "Position"];
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         let lines = self.lines(wanted)?;
         let per_row = f64::from(wanted.plan.per_row);
         let height = f64::from(wanted.raster.height);
         let from = |row: u32, shift: f64| (f64::from(row) - shift).clamp(0.0, height) as u32;
         let (up, down) = ((lines as f64 / per_row).ceil(), (lines as f64 / per_row).floor());
         let rows = from(wanted.rows.start, up)..from(wanted.rows.end, down);
-        upstream.ask(&self.image, Lines { rows, ..wanted.clone() });
+        upstream.ask(&self.image, SpanDemand { rows, ..wanted.clone() });
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let lines = self.lines(wanted)?;
         inputs.get(&self.image).moved(self.translate.0, lines, wanted.rows.clone())
     }

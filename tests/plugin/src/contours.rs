@@ -32,12 +32,12 @@ impl Node for Contours {
     const KIND: &'static str = "Contours";
     const GROUP: &'static str = "studio";
 
-    fn demand(&self, wanted: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         Ok(())
     }
 
-    fn evaluate(&self, _: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         // What it is does not depend on where its image came from.
         let shader = Contours { image: Link::default(), ..self.clone() };
         inputs.get(&self.image).shaded(Arc::new(shader))

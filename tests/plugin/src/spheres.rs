@@ -50,12 +50,12 @@ impl Node for Spheres {
         }
     }
 
-    fn demand(&self, _: &Lines, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, _: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.camera, ());
         Ok(())
     }
 
-    fn evaluate(&self, wanted: &Lines, inputs: &Inputs<'_>) -> Result<SpanImage> {
+    fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let view = View::new(&inputs.get(&self.camera), wanted.raster)?;
         let mut writer = SpanWriter::new(view.clone(), wanted.plan, wanted.rows.clone());
         // Faces are numbered alike whatever rows are asked for.

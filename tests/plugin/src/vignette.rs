@@ -26,12 +26,12 @@ impl Node for Vignette {
     const KIND: &'static str = "Vignette";
     const GROUP: &'static str = "studio";
 
-    fn demand(&self, wanted: &Picture, upstream: &mut Upstream<'_>) -> Result<()> {
+    fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         upstream.ask(&self.image, wanted.clone());
         Ok(())
     }
 
-    fn evaluate(&self, _: &Picture, inputs: &Inputs<'_>) -> Result<Image> {
+    fn evaluate(&self, _: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let mut image = Image::clone(&inputs.get(&self.image));
         let (window, (width, height)) = (image.window, image.size);
         for name in ["R", "G", "B"] {

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use super::super::file::check_largest;
+use super::super::format::check_largest;
 use super::b44;
 use crate::error::{Error, Result};
 use crate::open;

@@ -10,7 +10,7 @@ use exr::prelude::SampleType;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::super::file::Format;
+use super::super::format::Format;
 use crate::error::{Error, Result};
 use crate::text::list;
 

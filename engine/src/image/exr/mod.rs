@@ -10,7 +10,8 @@ mod write;
 
 use exr::meta::attribute::AttributeValue;
 use exr::meta::header::Header;
-use exr::prelude::{ImageAttributes, LayerAttributes, Text};
+use exr::prelude::{ImageAttributes, IntegerBounds, LayerAttributes, Text};
+use glam::{DAffine2, DAffine3, DMat4, DVec4, Mat4};
 
 pub use layers::{Layer, Layers, Select};
 pub(super) use read::{head, read};
@@ -49,6 +50,42 @@ impl Attributes {
         made.layer.original_data_window = None;
         made.layer.other.remove(&Text::from(NAMES));
         Some(made)
+    }
+
+    /// Of a picture that a camera took. `camera` brings the world to the camera, which looks along z with x to the right
+    /// and y up; `ndc` brings it to the picture, which is 0 to 1 from the left and from the top; both take columns.
+    /// `clips` are the distances of the front and the back plane, if there are such.
+    pub fn of_camera(camera: DAffine3, ndc: DMat4, clips: [Option<f64>; 2]) -> Attributes {
+        let [front, back] = clips.map(|clip| clip.map(|distance| distance as f32));
+        // Files have matrices for points that are rows: the columns one by one.
+        let matrix = |matrix: DMat4| Some(matrix.as_mat4().to_cols_array());
+        let layer = LayerAttributes {
+            world_to_camera: matrix(DMat4::from(camera)),
+            world_to_normalized_device: matrix(ndc),
+            near_clip_plane: front,
+            far_clip_plane: back,
+            ..LayerAttributes::default()
+        };
+        Attributes { image: ImageAttributes::new(IntegerBounds::zero()), layer }
+    }
+
+    /// The same of the picture in another frame. `frame` brings places in the old one, 0 to 1 from the left and from
+    /// the top, to such in the new.
+    #[must_use]
+    pub fn reframed(&self, frame: DAffine2) -> Attributes {
+        let mut made = self.clone();
+        if let Some(known) = &mut made.layer.world_to_normalized_device {
+            let before = Mat4::from_cols_array(known).as_dmat4();
+            let (x, y, at) = (frame.matrix2.x_axis, frame.matrix2.y_axis, frame.translation);
+            let frame = DMat4::from_cols(
+                DVec4::new(x.x, x.y, 0.0, 0.0),
+                DVec4::new(y.x, y.y, 0.0, 0.0),
+                DVec4::Z,
+                DVec4::new(at.x, at.y, 0.0, 1.0),
+            );
+            *known = (frame * before).as_mat4().to_cols_array();
+        }
+        made
     }
 
     /// The text of an attribute of one's own.

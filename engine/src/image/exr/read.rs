@@ -14,7 +14,9 @@ use super::layers::{Channel, Layers, Recipe, Select, deep};
 use super::{Attributes, NAMES};
 use crate::color::{Primaries, REC_709};
 use crate::error::{Error, Result};
-use crate::image::file::{Format, Head, check_largest, is_color};
+use crate::image::Channel as PictureChannel;
+use crate::image::format::{Format, check_largest};
+use crate::image::head::Head;
 use crate::image::{Image, Samples, Window};
 
 /// What the file of a picture says of it.
@@ -394,7 +396,7 @@ fn spread_luminance(picture: &mut Image, has_chroma: bool, own: Primaries) -> Re
 fn convert(picture: &mut Image, matrix: DMat3) -> Result<bool> {
     let prefixes: BTreeSet<String> = picture
         .channels()
-        .filter(|(name, _)| is_color(name))
+        .filter(|(name, _)| PictureChannel::is_color(name))
         .filter_map(|(name, _)| Some(name.strip_suffix('R')?.to_owned()))
         .collect();
     let mut any = false;

@@ -15,8 +15,7 @@ use rayon::prelude::*;
 use std::io::{Seek, Write};
 use std::path::Path;
 
-use super::super::file::is_color;
-use super::super::{Image, Samples};
+use super::super::{Channel, Image, Samples};
 use super::NAMES;
 use crate::error::{Error, Result};
 
@@ -38,7 +37,7 @@ pub(in crate::image) fn write(
     let kept = image.attributes.as_deref();
     let mut attributes = LayerAttributes {
         layer_position: Vec2(image.window.x as i32, image.window.y as i32),
-        software_name: Some(Text::from("Spandrel")),
+        software_name: Some(Text::from(concat!("Spandrel ", env!("CARGO_PKG_VERSION")))),
         ..kept.map_or_else(LayerAttributes::default, |kept| kept.layer.clone())
     };
     if !image.names.is_empty() {
@@ -83,14 +82,14 @@ fn stored(name: &str, samples: &Samples, bits: Option<u32>) -> FlatSamples {
     }
     let is_exact = match bits {
         Some(32) => true,
-        Some(_) => samples.is_exact() && !is_color(name),
+        Some(_) => samples.is_exact() && !Channel::is_color(name),
         None => samples.is_exact(),
     };
     match samples.halves() {
         Some(halves) if !is_exact => FlatSamples::F16(halves.to_vec()),
         _ => {
             let values = samples.floats().unwrap_or_default();
-            if is_exact || name == "Z" || name.starts_with("P.") {
+            if is_exact || Channel::is_exact(name) {
                 FlatSamples::F32(values.to_vec())
             } else {
                 FlatSamples::F16(values.par_iter().map(|v| narrowed(*v)).collect())

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::fmt;
 use std::path::Path;
 
-use super::{Fault, LampFile, MakeLamp, Result, check_color, lamp, strength, unit};
+use super::{LampFile, LightFault, MakeLamp, Result, check_color, lamp, strength, unit};
 use crate::color::Color;
 use crate::light::Lamp;
 use crate::light::panorama::Panorama;
@@ -66,7 +66,7 @@ impl MakeLamp for ParallelLight {
 /// A lamp infinitely far away, whose disc has a diameter in degrees.
 fn far(name: &str, on: bool, strength: Color, toward: DVec3, angle: f64) -> Result<Lamp> {
     if !(0.0..=10.0).contains(&angle) {
-        return Err(Fault::new("angle", format!("{angle} degrees: must be 0 to 10")));
+        return Err(LightFault::new("angle", format!("{angle} degrees: must be 0 to 10")));
     }
     let radius = angle.to_radians() / 2.0;
     // Below that it is smaller than rounding.
@@ -130,11 +130,11 @@ impl SunLight {
     /// If there is no such place or time.
     pub fn toward(&self) -> Result<DVec3> {
         if !self.north.is_finite() {
-            return Err(Fault::new("north", "must be finite"));
+            return Err(LightFault::new("north", "must be finite"));
         }
-        let moment = Moment::parse(&self.time).map_err(|e| Fault::new("time", e))?;
+        let moment = Moment::parse(&self.time).map_err(|e| LightFault::new("time", e))?;
         let direction = sun::direction(moment, self.latitude, self.longitude, self.north);
-        direction.map_err(|e| Fault::new("latitude", e))
+        direction.map_err(|e| LightFault::new("latitude", e))
     }
 }
 
@@ -278,18 +278,21 @@ impl MakeLamp for SkyLight {
 
     fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
         if !(-360.0..=360.0).contains(&self.turn) {
-            return Err(Fault::new("turn", format!("{}: must be -360 to 360 degrees", self.turn)));
+            return Err(LightFault::new(
+                "turn",
+                format!("{}: must be -360 to 360 degrees", self.turn),
+            ));
         }
         if let Some(LampFile(file)) = &self.picture {
             let panorama = Panorama::read(&directory.join(file), self.turn.to_radians());
-            let panorama = panorama.map_err(|error| Fault { field: "picture", error })?;
+            let panorama = panorama.map_err(|error| LightFault { field: "picture", error })?;
             let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
             return Ok(lamp(name, self.on, strength, panorama));
         }
         let sun = match &self.sun {
             SkySun::Toward(sun) => unit("sun", *sun)?,
             SkySun::Of(name) => {
-                return Err(Fault::new(
+                return Err(LightFault::new(
                     "sun",
                     format!("where \"{name}\" stands is not known here"),
                 ));
@@ -298,7 +301,7 @@ impl MakeLamp for SkyLight {
         let model = self.model.unwrap_or(SkyModel::Overcast);
         let sky = Sky::new(model, sun, self.ground).map_err(|e| {
             let needs_sun = !matches!(model, SkyModel::Uniform | SkyModel::Overcast);
-            Fault::new(if needs_sun && sun.y < 0.0 { "sun" } else { "model" }, e)
+            LightFault::new(if needs_sun && sun.y < 0.0 { "sun" } else { "model" }, e)
         })?;
         let sky = if self.temperature.is_none() { sky.colored() } else { sky };
         let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;

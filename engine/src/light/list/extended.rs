@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-use super::{Fault, MakeLamp, Result, lamp, place, strength};
+use super::{LightFault, MakeLamp, Result, lamp, place, strength};
 use crate::color::Color;
 use crate::light::Lamp;
 use crate::light::line::Line;
@@ -55,11 +55,11 @@ impl MakeLamp for LinearLight {
         let ends = [place("from", self.from)?, place("to", self.to)?];
         let length = ends[0].distance(ends[1]);
         if length.is_nan() || length <= 0.0 {
-            return Err(Fault::new("to", "both ends are in one place: use a PointLight"));
+            return Err(LightFault::new("to", "both ends are in one place: use a PointLight"));
         }
         let (what, value) = match (self.intensity, self.flux) {
             (Some(_), Some(_)) => {
-                return Err(Fault::new("flux", "give `intensity` or `flux`, not both"));
+                return Err(LightFault::new("flux", "give `intensity` or `flux`, not both"));
             }
             // The integral of the sine over all directions is pi squared.
             (None, Some(flux)) => {
@@ -123,7 +123,7 @@ impl MakeLamp for AreaLight {
         let polygon = Polygon { outline: self.outline.clone(), holes: self.holes.clone() };
         let surface = Surface::new(vec![polygon], self.two_sided);
         let field = if self.holes.is_empty() { "outline" } else { "holes" };
-        let surface = surface.map_err(|e| Fault::new(field, e))?;
+        let surface = surface.map_err(|e| LightFault::new(field, e))?;
         let strength = strength("luminance", self.luminance, self.color, self.temperature)?;
         Ok(lamp(name, self.on, strength, surface))
     }
@@ -180,7 +180,7 @@ impl MakeLamp for PolyhedralLight {
             self.points.get(*i as usize).copied().ok_or_else(|| {
                 let count = self.points.len();
                 let what = format!("face {face} names the point {i}: there are {count}, from 0");
-                Fault::new("faces", what)
+                LightFault::new("faces", what)
             })
         };
         let polygon = |(at, face): (usize, &Vec<u32>)| {
@@ -188,7 +188,7 @@ impl MakeLamp for PolyhedralLight {
             Ok(Polygon { outline, holes: Vec::new() })
         };
         let polygons = self.faces.iter().enumerate().map(polygon).collect::<Result<_>>()?;
-        let surface = Surface::of_body(polygons).map_err(|e| Fault::new("faces", e))?;
+        let surface = Surface::of_body(polygons).map_err(|e| LightFault::new("faces", e))?;
         let strength = strength("luminance", self.luminance, self.color, self.temperature)?;
         Ok(lamp(name, self.on, strength, surface))
     }

@@ -26,26 +26,26 @@ use crate::math;
 
 /// What is wrong with a light, and in which field.
 #[derive(Debug)]
-pub struct Fault {
+pub struct LightFault {
     /// The field.
     pub field: &'static str,
     /// What is wrong with it.
     pub error: Error,
 }
 
-impl Fault {
-    fn new(field: &'static str, message: impl std::fmt::Display) -> Fault {
-        Fault { field, error: Error::invalid(message.to_string()) }
+impl LightFault {
+    fn new(field: &'static str, message: impl std::fmt::Display) -> LightFault {
+        LightFault { field, error: Error::invalid(message.to_string()) }
     }
 
     /// The light that a sky follows is not infinitely far away.
-    pub fn no_sun(name: &str) -> Fault {
-        Fault::new("sun", format!("\"{name}\" is no SunLight or ParallelLight"))
+    pub fn no_sun(name: &str) -> LightFault {
+        LightFault::new("sun", format!("\"{name}\" is no SunLight or ParallelLight"))
     }
 }
 
-impl From<Fault> for Error {
-    fn from(fault: Fault) -> Error {
+impl From<LightFault> for Error {
+    fn from(fault: LightFault) -> Error {
         // A file that is missing or damaged is told as such, not as a fault of who names it.
         match fault.error.path() {
             Some(_) => fault.error,
@@ -54,11 +54,11 @@ impl From<Fault> for Error {
     }
 }
 
-type Result<T> = std::result::Result<T, Fault>;
+type Result<T> = std::result::Result<T, LightFault>;
 
 /// An entry of a scene's light list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Entry {
+pub enum LightEntry {
     /// From infinitely far.
     ParallelLight(ParallelLight),
     /// The sun of a place and time.
@@ -109,42 +109,42 @@ pub trait MakeLamp {
     }
 }
 
-impl Entry {
+impl LightEntry {
     fn light(&self) -> &dyn MakeLamp {
         match self {
-            Entry::ParallelLight(light) => light,
-            Entry::SunLight(light) => light,
-            Entry::PointLight(light) => light,
-            Entry::SpotLight(light) => light,
-            Entry::LinearLight(light) => light,
-            Entry::AreaLight(light) => light,
-            Entry::PolyhedralLight(light) => light,
-            Entry::SkyLight(light) => light,
-            Entry::AmbientLight(light) => light,
+            LightEntry::ParallelLight(light) => light,
+            LightEntry::SunLight(light) => light,
+            LightEntry::PointLight(light) => light,
+            LightEntry::SpotLight(light) => light,
+            LightEntry::LinearLight(light) => light,
+            LightEntry::AreaLight(light) => light,
+            LightEntry::PolyhedralLight(light) => light,
+            LightEntry::SkyLight(light) => light,
+            LightEntry::AmbientLight(light) => light,
         }
     }
 
     /// The name of its kind.
     pub fn kind(&self) -> &'static str {
         match self {
-            Entry::ParallelLight(_) => "ParallelLight",
-            Entry::SunLight(_) => "SunLight",
-            Entry::PointLight(_) => "PointLight",
-            Entry::SpotLight(_) => "SpotLight",
-            Entry::LinearLight(_) => "LinearLight",
-            Entry::AreaLight(_) => "AreaLight",
-            Entry::PolyhedralLight(_) => "PolyhedralLight",
-            Entry::SkyLight(_) => "SkyLight",
-            Entry::AmbientLight(_) => "AmbientLight",
+            LightEntry::ParallelLight(_) => "ParallelLight",
+            LightEntry::SunLight(_) => "SunLight",
+            LightEntry::PointLight(_) => "PointLight",
+            LightEntry::SpotLight(_) => "SpotLight",
+            LightEntry::LinearLight(_) => "LinearLight",
+            LightEntry::AreaLight(_) => "AreaLight",
+            LightEntry::PolyhedralLight(_) => "PolyhedralLight",
+            LightEntry::SkyLight(_) => "SkyLight",
+            LightEntry::AmbientLight(_) => "AmbientLight",
         }
     }
 
     /// The file that it is made from, to change it.
     pub fn file_mut(&mut self) -> Option<&mut LampFile> {
         match self {
-            Entry::PointLight(light) => light.lamp.as_mut(),
-            Entry::SpotLight(light) => light.lamp.as_mut(),
-            Entry::SkyLight(light) => light.picture.as_mut(),
+            LightEntry::PointLight(light) => light.lamp.as_mut(),
+            LightEntry::SpotLight(light) => light.lamp.as_mut(),
+            LightEntry::SkyLight(light) => light.picture.as_mut(),
             _ => None,
         }
     }
@@ -157,18 +157,21 @@ impl Entry {
     pub fn within(
         mut self,
         environment: Option<&Environment>,
-        lights: &BTreeMap<String, Entry>,
-    ) -> Result<Entry> {
-        let Entry::SkyLight(sky) = &mut self else { return Ok(self) };
+        lights: &BTreeMap<String, LightEntry>,
+    ) -> Result<LightEntry> {
+        let LightEntry::SkyLight(sky) = &mut self else { return Ok(self) };
         let overcast = environment.map(|known| SkyModel::Blend(known.overcast));
         sky.model = sky.model.or(overcast);
         if let Some(name) = sky.follows() {
             let sun = match lights.get(name) {
-                Some(Entry::SunLight(sun)) => sun.toward()?,
-                Some(Entry::ParallelLight(light)) => -light.direction,
-                Some(_) => return Err(Fault::no_sun(name)),
+                Some(LightEntry::SunLight(sun)) => sun.toward()?,
+                Some(LightEntry::ParallelLight(light)) => -light.direction,
+                Some(_) => return Err(LightFault::no_sun(name)),
                 None => {
-                    return Err(Fault::new("sun", format!("the list has no light \"{name}\"")));
+                    return Err(LightFault::new(
+                        "sun",
+                        format!("the list has no light \"{name}\""),
+                    ));
                 }
             };
             sky.follow(sun);
@@ -177,7 +180,7 @@ impl Entry {
     }
 }
 
-impl MakeLamp for Entry {
+impl MakeLamp for LightEntry {
     fn lamp(&self, name: &str, directory: &Path) -> Result<Lamp> {
         self.light().lamp(name, directory)
     }
@@ -214,14 +217,14 @@ fn strength(
     temperature: Option<f64>,
 ) -> Result<Color> {
     if !(value.is_finite() && value >= 0.0) {
-        return Err(Fault::new(field, format!("{value}: must be finite and 0 or more")));
+        return Err(LightFault::new(field, format!("{value}: must be finite and 0 or more")));
     }
     check_color("color", color)?;
     let glow = temperature.map(black_body).transpose();
-    let glow = glow.map_err(|e| Fault::new("temperature", e))?.unwrap_or(Color::WHITE);
+    let glow = glow.map_err(|e| LightFault::new("temperature", e))?.unwrap_or(Color::WHITE);
     let strength = color * glow * (value.min(f64::from(f32::MAX)) as f32);
     if !strength.is_finite() {
-        return Err(Fault::new(field, format!("{value}: too much to be shown")));
+        return Err(LightFault::new(field, format!("{value}: too much to be shown")));
     }
     Ok(strength)
 }
@@ -230,19 +233,19 @@ fn check_color(field: &'static str, color: Color) -> Result<()> {
     if color.is_finite() && color.to_array().iter().all(|v| *v >= 0.0) {
         return Ok(());
     }
-    Err(Fault::new(field, "a light's colour must be finite and 0 or more"))
+    Err(LightFault::new(field, "a light's colour must be finite and 0 or more"))
 }
 
 fn unit(field: &'static str, direction: DVec3) -> Result<DVec3> {
     let unit = direction.try_normalize();
-    unit.ok_or_else(|| Fault::new(field, "must be finite and have a length"))
+    unit.ok_or_else(|| LightFault::new(field, "must be finite and have a length"))
 }
 
 fn place(field: &'static str, point: DVec3) -> Result<DVec3> {
     if math::is_within_reach(point) {
         return Ok(point);
     }
-    Err(Fault::new(field, format!("must be finite and within {:e} m", math::REACH)))
+    Err(LightFault::new(field, format!("must be finite and within {:e} m", math::REACH)))
 }
 
 fn lamp(name: &str, on: bool, strength: Color, light: impl Light + 'static) -> Lamp {

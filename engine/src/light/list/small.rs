@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-use super::{Fault, LampFile, MakeLamp, Result, lamp, place, strength, unit};
+use super::{LampFile, LightFault, MakeLamp, Result, lamp, place, strength, unit};
 use crate::color::Color;
 use crate::light::Lamp;
 use crate::light::photometry::Photometry;
@@ -68,13 +68,14 @@ impl Default for PointLight {
 /// From the world's axes to those of a lamp: right, up, and along its aim.
 fn lamp_frame(aim: DVec3, up: Option<DVec3>, rotation: f64) -> Result<DMat3> {
     if !rotation.is_finite() {
-        return Err(Fault::new("rotation", "must be finite"));
+        return Err(LightFault::new("rotation", "must be finite"));
     }
     let aim = unit("aim", aim)?;
     let across = |up: DVec3| Some(up - aim * up.dot(aim)).filter(|up| up.length() > 1e-6);
     let above = match up {
-        Some(up) => across(unit("up", up)?)
-            .ok_or_else(|| Fault::new("up", "lies along the lamp's aim: give another direction"))?,
+        Some(up) => across(unit("up", up)?).ok_or_else(|| {
+            LightFault::new("up", "lies along the lamp's aim: give another direction")
+        })?,
         None => across(DVec3::Y).or_else(|| across(DVec3::NEG_Z)).unwrap_or(DVec3::X),
     };
     let above = above.normalize();
@@ -87,7 +88,7 @@ fn lamp_frame(aim: DVec3, up: Option<DVec3>, rotation: f64) -> Result<DMat3> {
 /// A lamp from a photometric file.
 fn measured(LampFile(file): &LampFile, directory: &Path, frame: DMat3) -> Result<Measured> {
     let photometry = Photometry::read(&directory.join(file));
-    let photometry = photometry.map_err(|error| Fault { field: "lamp", error })?;
+    let photometry = photometry.map_err(|error| LightFault { field: "lamp", error })?;
     Ok(Measured { frame, photometry: Box::new(photometry) })
 }
 
@@ -100,7 +101,7 @@ impl MakeLamp for PointLight {
         let position = place("position", self.position)?;
         let frame = lamp_frame(self.aim.unwrap_or(DVec3::NEG_Y), self.up, self.rotation)?;
         if self.intensity.is_some() && self.flux.is_some() {
-            return Err(Fault::new("flux", "give `intensity` or `flux`, not both"));
+            return Err(LightFault::new("flux", "give `intensity` or `flux`, not both"));
         }
         let (beam, whole) = match &self.lamp {
             Some(file) => {
@@ -113,7 +114,7 @@ impl MakeLamp for PointLight {
         let (what, value) = match (self.intensity, self.flux) {
             (_, Some(flux)) if whole > 0.0 => ("flux", flux / whole),
             (_, Some(_)) => {
-                return Err(Fault::new("flux", "the lamp has none that could be scaled"));
+                return Err(LightFault::new("flux", "the lamp has none that could be scaled"));
             }
             (intensity, None) => ("intensity", intensity.unwrap_or(1.0)),
         };
@@ -190,7 +191,7 @@ impl MakeLamp for SpotLight {
         let inner = self.inner_angle.unwrap_or(angle * 2.0 / 3.0);
         if !(angle > 0.0 && angle <= 180.0 && (0.0..=angle).contains(&inner)) {
             let what = "must be 0 to `angle`, which is above 0 and up to 180";
-            return Err(Fault::new(
+            return Err(LightFault::new(
                 "inner_angle",
                 format!("{inner} and an angle of {angle}: {what}"),
             ));

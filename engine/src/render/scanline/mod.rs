@@ -1,7 +1,7 @@
 //! Scan line: scenes to span images, \[N] and \[D] "Shading display with shadow".
 //!
 //! [`setup`] makes the faces of scenes ready on the screen; which of them is seen where is found by
-//! [`crate::visible`].
+//! the module `visible`.
 
 pub mod setup;
 

@@ -3,6 +3,7 @@
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::f64::consts::FRAC_1_SQRT_2;
 
 use super::Cluster;
 use crate::camera::{Homogeneous, Plane, View};
@@ -187,8 +188,9 @@ impl<'a> Setup<'a> {
             .enumerate()
             .map(|(i, ring)| rings.ring(ring, (i == 0).then_some(&mut extent)))
             .collect::<Result<_>>()?;
-        // A drawn edge reaches beyond the face: where no line meets the face, one may meet its edges.
-        let drawn = extent.grown(self.widest(at) / 2.0);
+        // A drawn edge reaches beyond the face, at its corners by half of its width both ways: where no line meets the
+        // face, one may meet its edges.
+        let drawn = extent.grown(self.widest(at) * FRAC_1_SQRT_2);
         if own[0].len() < 3 || !self.is_met(&drawn) {
             return Ok(());
         }

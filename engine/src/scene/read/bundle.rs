@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::super::document::{Document, VERSION};
-use super::{Placed, ReadOptions, Reading};
+use super::super::library::{Placed, ReadOptions, Reading};
+use super::library;
 use crate::error::{Error, Result};
 use crate::fragment::Origin;
 use crate::key::Key;
@@ -30,9 +31,9 @@ struct Bundle {
     key: Key,
     document: Document,
     files: Vec<(PathBuf, String, Key, Document)>,
-    /// Libraries of materials that were not there.
+    /// Libraries of materials that could not be read, and why.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    missing: Vec<PathBuf>,
+    missing: Vec<(PathBuf, String)>,
 }
 
 /// Where a scene comes from.
@@ -82,8 +83,14 @@ pub fn pack(origin: &Origin) -> Result<Arc<[u8]>> {
     let reading = super::document(&origin.file, &options)?;
     let directory = origin.file.parent().unwrap_or(Path::new(""));
     let (plan, document) = (plan.as_deref(), &reading.document);
-    let (scene, files) =
-        Scene::with_files(document, plan, "", reading.key, directory, BTreeMap::new())?;
+    let (scene, files) = Scene::with_files(
+        document,
+        plan,
+        "",
+        reading.key,
+        (directory, &library()),
+        BTreeMap::new(),
+    )?;
     if scene.key != origin.key {
         return Err(Error::in_file(&origin.file, "the scene has changed since it was rendered"));
     }
@@ -119,7 +126,7 @@ fn unpack(origin: &Origin, contents: &[u8], how: &How, label: &str) -> Result<Sc
     let files = bundle.files.into_iter().map(file).collect();
     let Bundle { document, directory, key, missing, .. } = bundle;
     let plan = how.plan.as_deref();
-    let scene = Scene::with_files(&document, plan, label, key, &directory, files);
+    let scene = Scene::with_files(&document, plan, label, key, (&directory, &library()), files);
     let (mut scene, _) = scene.map_err(|error| fault(error.to_string()))?;
     scene.missing = missing;
     how.options.apply(&mut scene);

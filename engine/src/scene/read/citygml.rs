@@ -15,8 +15,9 @@ use std::collections::{HashMap, HashSet};
 
 use super::super::document::Document;
 use super::cityjson::{self, Appearance, City, CityMaterial, CityTexture};
-use super::{LeftOut, ReadOptions, Reader};
+use super::reader::{LeftOut, Reader};
 use crate::error::{Error, Result};
+use crate::scene::library::ReadOptions;
 use degrees::{flat, is_degrees};
 use prefixes::{Added, declared, not_city_gml};
 

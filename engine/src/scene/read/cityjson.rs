@@ -18,7 +18,7 @@ use super::super::document::{Document, Object, Plan};
 use super::super::material::Material;
 use super::super::shape::Shape;
 use super::citygml::degrees::is_degrees;
-use super::{LeftOut, Names, Reader};
+use super::reader::{LeftOut, Names, Reader};
 use crate::error::{Error, Result};
 use crate::watch::Watch;
 use levels::{Level, Wanted, is_meant, is_part, near};
@@ -104,7 +104,7 @@ pub(super) fn build(reader: &mut Reader, cities: &[City], lod: Option<f64>) -> R
         own: HashMap::new(),
         materials: BTreeMap::new(),
         looks: HashMap::new(),
-        told: Told::default(),
+        told: Remarks::default(),
         faces: BTreeMap::new(),
         shells: Shells::default(),
     };
@@ -141,7 +141,7 @@ fn unique(object: &mut Object) {
 
 /// What is told of a city, each once.
 #[derive(Default)]
-struct Told {
+struct Remarks {
     nearest: LeftOut,
     covered: LeftOut,
     finer: LeftOut,
@@ -165,7 +165,7 @@ struct Builder<'a> {
     materials: BTreeMap<String, Material>,
     /// The names of materials by city, what they are made of, and number.
     looks: HashMap<(usize, surfaces::Look, u64), String>,
-    told: Told,
+    told: Remarks,
     /// By level, how many faces there are and how many are shown.
     faces: BTreeMap<Level, [usize; 2]>,
     shells: Shells,
@@ -306,7 +306,7 @@ impl<'a> Builder<'a> {
     /// What was made, once all is told.
     fn finish(self) -> BTreeMap<String, Material> {
         let Builder { reader, told, faces, shells, materials, .. } = self;
-        let Told { nearest, covered, finer, lines, levels, surfaces, holes } = told;
+        let Remarks { nearest, covered, finer, lines, levels, surfaces, holes } = told;
         nearest.tell(reader, "buildings or parts are not there in the level of detail of the rest");
         covered.tell(
             reader,

@@ -1,7 +1,7 @@
 //! Colours by vertex, of formats that do not say what their numbers are.
 
 use super::super::material::AlphaMode;
-use super::Reader;
+use super::reader::Reader;
 use crate::color::decode_srgb;
 
 /// Colours that came as numbers are scene-linear; whole ones, up to 255 and some above 1, are bytes of sRGB.

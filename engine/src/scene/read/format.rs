@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{Reader, binary, stl};
+use super::reader::Reader;
+use super::{binary, stl};
 use crate::error::{Error, Result};
 use crate::open;
 

@@ -176,7 +176,7 @@ pub enum Shape {
         unit: Option<f64>,
         /// The axis that points up in the file. If absent, what the format says.
         #[serde(default)]
-        up: Option<super::read::Axis>,
+        up: Option<super::document::Axis>,
     },
     /// One of the plan's definitions.
     Instance(String),

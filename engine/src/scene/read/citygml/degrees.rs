@@ -2,9 +2,10 @@
 
 use glam::{DMat3, DVec3};
 
-use super::super::{ReadOptions, Reader};
+use super::super::reader::Reader;
 use crate::error::Result;
 use crate::math;
+use crate::scene::library::ReadOptions;
 
 /// Reference systems in degrees of latitude and longitude, by EPSG number: the world's, Europe's, Japan's, America's,
 /// Australia's and China's.

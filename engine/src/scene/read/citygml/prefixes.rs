@@ -3,7 +3,7 @@
 use roxmltree::{Document as Tree, TextPos};
 use std::borrow::Cow;
 
-use super::super::Reader;
+use super::super::reader::Reader;
 use crate::error::{Error, Result};
 
 /// How many prefixes are declared for a file that does not, at most.

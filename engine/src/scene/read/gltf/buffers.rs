@@ -5,7 +5,7 @@ use base64::Engine as _;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::super::Reader;
+use super::super::reader::Reader;
 use super::extensions;
 use super::parse::File;
 use crate::error::{Error, Result};

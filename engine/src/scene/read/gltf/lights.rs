@@ -12,13 +12,13 @@ use serde_json::Value;
 use crate::camera::Camera;
 use crate::color::Color;
 use crate::error::{Error, Result};
-use crate::light::list::{Entry, MakeLamp, ParallelLight, PointLight, SpotLight};
+use crate::light::list::{LightEntry, MakeLamp, ParallelLight, PointLight, SpotLight};
 
 /// A light in its place.
 ///
 /// # Errors
 /// If it is of no known kind, or a number is out of range.
-pub(super) fn light(light: &Value, world: &DAffine3) -> Result<Entry> {
+pub(super) fn light(light: &Value, world: &DAffine3) -> Result<LightEntry> {
     let number = |value: Option<&Value>, absent: f64| value.map_or(Some(absent), Value::as_f64);
     let of = |value: &Value, field: &str, absent: f64| {
         number(value.get(field), absent)
@@ -34,13 +34,13 @@ pub(super) fn light(light: &Value, world: &DAffine3) -> Result<Entry> {
     let position = world.translation;
     let direction = -world.matrix3.z_axis;
     let entry = match light.get("type").and_then(Value::as_str) {
-        Some("directional") => Entry::ParallelLight(ParallelLight {
+        Some("directional") => LightEntry::ParallelLight(ParallelLight {
             direction,
             illuminance: intensity,
             color,
             ..ParallelLight::default()
         }),
-        Some("point") => Entry::PointLight(PointLight {
+        Some("point") => LightEntry::PointLight(PointLight {
             position,
             intensity: Some(intensity),
             color,
@@ -51,7 +51,7 @@ pub(super) fn light(light: &Value, world: &DAffine3) -> Result<Entry> {
             let cone = light.get("spot").unwrap_or(&none);
             let inner = of(cone, "innerConeAngle", 0.0)?.to_degrees();
             let angle = of(cone, "outerConeAngle", std::f64::consts::FRAC_PI_4)?.to_degrees();
-            Entry::SpotLight(SpotLight {
+            LightEntry::SpotLight(SpotLight {
                 position,
                 direction,
                 angle,

@@ -25,7 +25,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::LN_2;
 
 use super::super::super::material::{AlphaMode, Map, Material, Picture};
-use super::super::Reader;
+use super::super::reader::Reader;
 use super::buffers::decoded;
 use super::parse::File;
 use super::placing;

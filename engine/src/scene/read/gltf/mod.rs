@@ -34,7 +34,7 @@ use values::{Kind, Values};
 use super::super::document::{Document, Object, Plan, Transform};
 use super::super::material::Material;
 use super::super::shape::Shape;
-use super::{Names, Reader};
+use super::reader::{Names, Reader};
 use crate::error::{Error, Result};
 use crate::image::file::Encoded;
 use crate::open;

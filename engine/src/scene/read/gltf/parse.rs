@@ -9,7 +9,7 @@ use ::gltf::json::Root;
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
 
-use super::super::Reader;
+use super::super::reader::Reader;
 use super::{check, extensions};
 use crate::error::{Error, Result};
 use crate::open;

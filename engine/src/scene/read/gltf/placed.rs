@@ -5,7 +5,7 @@ use glam::{DAffine3, DMat4, DVec3};
 use serde_json::Value;
 
 use super::super::super::document::Object;
-use super::super::Names;
+use super::super::reader::Names;
 use super::meshes::Pose;
 use super::values::{Kind, Values};
 use super::{Builder, nodes};

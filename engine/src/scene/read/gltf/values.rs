@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::super::Reader;
+use super::super::reader::Reader;
 use super::buffers::Buffers;
 use super::parse::File;
 use crate::error::{Error, Result};

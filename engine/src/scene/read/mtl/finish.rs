@@ -1,7 +1,7 @@
 //! A material of MTL, put together from its statements.
 
 use super::super::super::material::{AlphaMode, Map, Material};
-use super::Told;
+use super::Remarks;
 use crate::color::Color;
 use crate::fragment::{Gloss, Optics};
 
@@ -35,7 +35,7 @@ impl Draft {
     }
 
     /// The material; what is not shown of it is told.
-    pub(super) fn finish(mut self, told: &mut Told) -> (String, Material) {
+    pub(super) fn finish(mut self, told: &mut Remarks) -> (String, Material) {
         let name = self.name.clone();
         let mut tell = |what: &str| told.add(what, &name);
         self.alpha(&mut tell);

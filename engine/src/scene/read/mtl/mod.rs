@@ -23,7 +23,7 @@ use std::path::Path;
 use self::finish::Draft;
 use self::map::{Named, named};
 use super::super::material::{Map, Material, Picture};
-use super::Reader;
+use super::reader::Reader;
 use super::words::{Words, statements};
 use crate::color::Color;
 use crate::error::Result;
@@ -31,9 +31,9 @@ use crate::open;
 
 /// What a library says that is not shown: how many of its materials have it, and the first.
 #[derive(Default)]
-struct Told(BTreeMap<String, (usize, String)>);
+struct Remarks(BTreeMap<String, (usize, String)>);
 
-impl Told {
+impl Remarks {
     fn add(&mut self, statement: impl Into<String>, material: &str) {
         let (count, _) = self.0.entry(statement.into()).or_insert_with(|| (0, material.to_owned()));
         *count += 1;
@@ -48,9 +48,9 @@ pub(super) fn read(
     folder: &Path,
 ) -> Result<BTreeMap<String, Material>> {
     let mut materials = BTreeMap::new();
-    let mut told = Told::default();
+    let mut told = Remarks::default();
     let mut current: Option<Draft> = None;
-    let mut finish = |draft: Option<Draft>, told: &mut Told| {
+    let mut finish = |draft: Option<Draft>, told: &mut Remarks| {
         if let Some(draft) = draft {
             let (name, material) = draft.finish(told);
             if materials.insert(name.clone(), material).is_some() {
@@ -99,7 +99,7 @@ impl Draft {
         &mut self,
         keyword: &str,
         words: &mut Words<'_>,
-        told: &mut Told,
+        told: &mut Remarks,
         found: &dyn Fn(&str) -> String,
     ) -> Result<()> {
         let lower = keyword.to_ascii_lowercase();

@@ -3,18 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::super::super::flat::WITHOUT_PICTURES;
+use super::super::super::absent::WITHOUT_PICTURES;
 use super::super::super::material::Material;
-use super::super::{Reader, mtl};
+use super::super::mtl;
+use super::super::reader::Reader;
 use crate::error::Result;
 use crate::open::{self, Text};
 
-/// Reads the libraries of a statement; those that are not there are missing.
+/// Reads the libraries of a statement; those that cannot be read are missing, with what is wrong.
 pub(super) fn read(
     reader: &mut Reader,
     names: &str,
     materials: &mut BTreeMap<String, Material>,
-    missing: &mut Vec<PathBuf>,
+    missing: &mut Vec<(PathBuf, String)>,
 ) -> Result<()> {
     let folder = reader.path.parent().unwrap_or(Path::new("")).to_owned();
     for name in split(names, |name| open::is_file(&folder.join(name))) {
@@ -28,7 +29,7 @@ pub(super) fn read(
                 if reader.wants_pictures {
                     reader.note(format!("library of materials: {error}: {WITHOUT_PICTURES}"));
                 }
-                missing.push(folder.join(name));
+                missing.push((folder.join(name), error.message()));
                 continue;
             }
         };

@@ -19,8 +19,9 @@ use self::part::{Lists, Part};
 use super::super::document::{Document, Object, Plan};
 use super::super::material::Material;
 use super::super::shape::Shape;
+use super::colors;
+use super::reader::{Names, Reader};
 use super::words::{Words, statements};
-use super::{Names, Reader, colors};
 use crate::color::Color;
 use crate::error::Result;
 use crate::text::list;
@@ -69,9 +70,9 @@ const SILENT: [&str; 27] = [
 
 /// Statements that are told: how many, and where the first is. Its line is counted only when it is told.
 #[derive(Default)]
-struct Told<'t>(BTreeMap<String, (usize, &'t str)>);
+struct Remarks<'t>(BTreeMap<String, (usize, &'t str)>);
 
-impl<'t> Told<'t> {
+impl<'t> Remarks<'t> {
     fn add(&mut self, what: &str, word: &'t str) {
         match self.0.get_mut(what) {
             Some((count, _)) => *count += 1,
@@ -88,7 +89,7 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
     let mut missing = Vec::new();
     let mut parts = vec![Part::default()];
     let mut material: Option<String> = None;
-    let mut told = Told::default();
+    let mut told = Remarks::default();
     let mut is_smooth = false;
     let watch = Watch::current();
     for mut words in statements(&path, text) {

@@ -3,22 +3,26 @@
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
 use std::sync::{Arc, OnceLock};
 
-use super::domains::Ready;
+mod pictures;
+mod rays;
+
+use super::absent::WITHOUT_PICTURES;
+use super::divide::ReadyDomains;
 use super::face::{Back, Sides};
-use super::flat::{Instance, Scene, is_there};
-use super::geometry::{Frame, Part, Support};
-use super::maps::{At, Maps, Seen, Sizes};
+use super::flat::{Instance, Scene};
+use super::geometry::{Frame, Part};
+use super::maps::{Appearance, At, Maps, Sizes};
 use super::material::{AlphaMode, Material};
 use super::mesh::Mesh;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{
-    Columns, Environment, Finish, Fragments, Local, Origin, PictureSet, Share, Surfaces, Uv,
+    Columns, Environment, Finish, Fragments, Local, Origin, PictureSet, Pictured, Provenance,
+    RayTarget, Surfaces, Uv,
 };
 use crate::key::Key;
-use crate::polygon;
-use crate::texture::{self, Opened};
-use crate::trace::{Casters, CastersBuilder};
+use crate::texture::Opened;
+use crate::trace::Casters;
 
 /// A scene as the surfaces of a source.
 #[derive(Debug)]
@@ -29,7 +33,7 @@ pub struct SceneSurfaces {
     /// By material, the pictures on it.
     maps: Vec<Option<Maps>>,
     /// By material, the domains that it is divided into.
-    domains: Vec<Option<Ready>>,
+    domains: Vec<Option<ReadyDomains>>,
     /// The sets of its pictures, once somebody asked.
     picture_sets: OnceLock<Vec<PictureSet>>,
     /// Its faces in the world, once somebody asked.
@@ -37,7 +41,7 @@ pub struct SceneSurfaces {
 }
 
 /// What all fragments of a part have in common.
-struct Look<'s> {
+struct CommonLook<'s> {
     instance: &'s Instance,
     place: &'s (DAffine3, DMat3),
     /// Material colour, or the edge's.
@@ -65,8 +69,9 @@ impl SceneSurfaces {
             (world.inverse(), normal_matrix(&world.matrix3))
         };
         let places = scene.instances.iter().map(place).collect();
-        let maps = scene.materials.iter().map(Maps::of).collect();
-        let ready = |material: &Material| material.domains.as_ref().map(Ready::new);
+        let maps =
+            scene.materials.iter().map(|material| Maps::of(material, &scene.library)).collect();
+        let ready = |material: &Material| material.domains.as_ref().map(ReadyDomains::new);
         let domains = scene.materials.iter().map(ready).collect();
         let (picture_sets, casters) = (OnceLock::new(), OnceLock::new());
         SceneSurfaces { scene, places, maps, domains, picture_sets, casters }
@@ -87,13 +92,13 @@ impl SceneSurfaces {
     }
 
     /// The domains that a part of a face is divided into.
-    fn domains_of(&self, ordinal: u32, sees_front: bool) -> Option<(u32, &Ready)> {
+    fn domains_of(&self, ordinal: u32, sees_front: bool) -> Option<(u32, &ReadyDomains)> {
         let number = self.material_of(ordinal, sees_front)?;
         self.domains[number as usize].as_ref().map(|ready| (number, ready))
     }
 
     /// The pictures of a material and its bundles.
-    fn pictures_of(&self, number: u32, sizes: &mut Sizes) -> Vec<(Key, u64)> {
+    fn pictures_of(&self, number: u32, sizes: &mut Sizes<'_>) -> Vec<(Key, u64)> {
         let domains = self.domains[number as usize].as_ref();
         let bundles = domains.into_iter().flat_map(|ready| ready.domains.bundles());
         let numbers = std::iter::once(number).chain(bundles);
@@ -103,7 +108,7 @@ impl SceneSurfaces {
         pictures
     }
 
-    fn look(&self, ordinal: u32, sees_front: bool, bundle: Option<u32>) -> Look<'_> {
+    fn look(&self, ordinal: u32, sees_front: bool, bundle: Option<u32>) -> CommonLook<'_> {
         let (at, face, part) = self.scene.part(ordinal);
         let instance = &self.scene.instances[at];
         let mesh = instance.geometry.mesh();
@@ -132,7 +137,19 @@ impl SceneSurfaces {
         let frame = interpolates.then(|| Frame::new(mesh, mesh.outline(face), front));
         let normal = (place.1 * front).normalize_or_zero();
         let finish = material.finish;
-        Look { instance, place, color, alpha, blends, unlit, finish, maps, front, normal, frame }
+        CommonLook {
+            instance,
+            place,
+            color,
+            alpha,
+            blends,
+            unlit,
+            finish,
+            maps,
+            front,
+            normal,
+            frame,
+        }
     }
 }
 
@@ -145,11 +162,11 @@ fn sides_of(mesh: &Mesh, face: usize, part: Part) -> Sides {
 }
 
 /// The number of a material that is divided and its domains, if it is, and what its fragments have in common.
-type Looked<'s> = (Option<(u32, &'s Ready)>, Look<'s>);
+type MaterialLook<'s> = (Option<(u32, &'s ReadyDomains)>, CommonLook<'s>);
 
-impl Look<'_> {
+impl CommonLook<'_> {
     /// What is seen at a point, without pictures.
-    fn at(&self, world: DVec3) -> Seen {
+    fn at(&self, world: DVec3) -> Appearance {
         let (mut color, mut alpha, mut normal) = (self.color, self.alpha, self.normal);
         if let Some(frame) = &self.frame {
             let mesh = self.instance.geometry.mesh();
@@ -171,7 +188,7 @@ impl Look<'_> {
                 normal = (self.place.1 * mixed.as_dvec3()).try_normalize().unwrap_or(self.normal);
             }
         }
-        Seen { color, alpha, normal, finish: self.finish }
+        Appearance { color, alpha, normal, finish: self.finish }
     }
 
     /// The texture coordinates at a point of the object.
@@ -197,7 +214,7 @@ impl Surfaces for SceneSurfaces {
         if !(colors || normals || facing || finish || local || uv) {
             return;
         }
-        let mut last: Option<((u32, Option<u32>), Look<'_>)> = None;
+        let mut last: Option<((u32, Option<u32>), CommonLook<'_>)> = None;
         let mut opened: Vec<(u32, Vec<Option<Opened<'_>>>)> = Vec::new();
         for i in 0..fragments.len() {
             let (ordinal, sees_front) = (fragments.ordinal[i], fragments.sees_front[i]);
@@ -268,69 +285,6 @@ impl Surfaces for SceneSurfaces {
         }
     }
 
-    fn picture_sets(&self) -> Vec<PictureSet> {
-        let make = || {
-            let mut sizes = Sizes::default();
-            let sets = (0..self.maps.len() as u32).map(|number| PictureSet {
-                number,
-                pictures: self.pictures_of(number, &mut sizes),
-            });
-            // What is divided is divided where its pictures are read.
-            sets.filter(|set| {
-                !set.pictures.is_empty() || self.domains[set.number as usize].is_some()
-            })
-            .collect()
-        };
-        self.picture_sets.get_or_init(make).clone()
-    }
-
-    fn picture_set(&self, ordinal: u32, sees_front: bool) -> Option<u32> {
-        let number = self.material_of(ordinal, sees_front)?;
-        let at = number as usize;
-        (self.maps[at].is_some() || self.domains[at].is_some()).then_some(number)
-    }
-
-    fn divide(&self, fragments: &Fragments<'_>) -> Vec<Share> {
-        if self.domains.iter().all(Option::is_none) {
-            return Vec::new();
-        }
-        let mut parts = Vec::new();
-        let mut is_divided = false;
-        let mut opened: Vec<(u32, Vec<Opened<'_>>)> = Vec::new();
-        let mut last: Option<(u32, Looked<'_>)> = None;
-        for i in 0..fragments.len() {
-            let (ordinal, sees_front) = (fragments.ordinal[i], fragments.sees_front[i]);
-            let (_, (domains, look)) = match last.take().filter(|(known, _)| *known == ordinal) {
-                Some(known) => last.insert(known),
-                None => {
-                    let look = self.look(ordinal, sees_front, None);
-                    last.insert((ordinal, (self.domains_of(ordinal, sees_front), look)))
-                }
-            };
-            let Some((number, ready)) = domains else {
-                parts.push((i, None, 1.0));
-                continue;
-            };
-            is_divided = true;
-            let known = opened.iter().position(|(known, _)| known == number);
-            let at = known.unwrap_or_else(|| {
-                opened.push((*number, ready.open()));
-                opened.len() - 1
-            });
-            let world = fragments.point(i);
-            let steps = fragments.footprint(i, world, look.normal);
-            let footprint = ready.domains.mapping.footprint(&texture::Place {
-                point: look.place.0.transform_point3(world),
-                steps: steps.map(|step| look.place.0.matrix3 * step),
-                normal: look.front,
-                uv: &|point| look.uv(point),
-            });
-            let shares = ready.shares(&opened[at].1, &footprint, fragments.textures);
-            parts.extend(shares.into_iter().map(|(bundle, share)| (i, Some(bundle), share)));
-        }
-        if is_divided { parts } else { Vec::new() }
-    }
-
     fn varying(&self, ordinal: u32) -> Columns {
         let (at, face, part) = self.scene.part(ordinal);
         let instance = &self.scene.instances[at];
@@ -381,62 +335,24 @@ impl Surfaces for SceneSurfaces {
 
     fn offers(&self, wanted: Columns) -> Result<()> {
         let is_wanted = wanted.meets(Columns::COLOR | Columns::NORMAL | Columns::FINISH);
-        let libraries = self.scene.missing.iter().filter(|_| is_wanted);
-        for library in libraries {
-            is_there(library, "a library of materials")?;
+        if let Some((library, why)) = self.scene.missing.first().filter(|_| is_wanted) {
+            let what = format!("{why} (a library of materials): {WITHOUT_PICTURES}");
+            return Err(Error::file(library, std::io::Error::other(what)));
         }
         let named = self.maps.iter().zip(&self.scene.material_names).filter(|_| is_wanted);
         let mut maps = named.filter_map(|(maps, name)| Some((maps.as_ref()?, name)));
         maps.try_for_each(|(maps, name)| maps.offers(name))?;
         let mut domains = self.domains.iter().flatten().filter(|_| is_wanted);
-        domains.try_for_each(Ready::offers)
+        domains.try_for_each(ReadyDomains::offers)
     }
 
     fn fault(&self) -> Option<Error> {
-        let of_domains = || self.domains.iter().flatten().find_map(Ready::fault);
+        let of_domains = || self.domains.iter().flatten().find_map(ReadyDomains::fault);
         self.maps.iter().flatten().find_map(Maps::fault).or_else(of_domains)
-    }
-
-    fn casters(&self) -> Option<&Casters> {
-        Some(self.casters.get_or_init(|| self.scene.casters()))
-    }
-
-    fn casts(&self) -> bool {
-        true
-    }
-
-    fn met(&self, face: u32, sees_front: bool, point: DVec3) -> Option<u32> {
-        let (at, face_of_mesh, _) = self.scene.part(face);
-        let instance = &self.scene.instances[at];
-        if self.scene.is_culled(instance, face_of_mesh, sees_front) {
-            return None;
-        }
-        let mesh = instance.geometry.mesh();
-        if !instance.shows_seals || mesh.seals(face_of_mesh).is_empty() {
-            return Some(face);
-        }
-        let point = self.places[at].0.transform_point3(point);
-        let normal = instance.geometry.normal(face_of_mesh);
-        let mut found = face;
-        for (number, part) in (face..).zip(instance.geometry.parts_of(face_of_mesh)) {
-            if let Part::Seal(i) = part {
-                let outline = &mesh.seals(face_of_mesh)[i as usize].outline;
-                let corners = outline.iter().map(|corner| mesh.points[*corner as usize]);
-                if polygon::contains(corners, normal, point) {
-                    found = number;
-                }
-            }
-        }
-        Some(found)
     }
 
     fn object(&self, ordinal: u32) -> String {
         self.scene.instances[self.scene.part(ordinal).0].path.clone()
-    }
-
-    fn names(&self) -> Option<[Vec<String>; 2]> {
-        let objects = self.scene.instances.iter().map(|instance| instance.path.clone());
-        Some([objects.collect(), self.scene.material_names.clone()])
     }
 
     fn material(&self, ordinal: u32, sees_front: bool, bundle: Option<u32>) -> String {
@@ -445,6 +361,25 @@ impl Surfaces for SceneSurfaces {
         let sides = sides_of(instance.geometry.mesh(), face, part);
         let number = bundle.unwrap_or_else(|| instance.material_of(sides, sees_front));
         self.scene.material_names[number as usize].clone()
+    }
+
+    fn rays(&self) -> Option<&dyn RayTarget> {
+        Some(self)
+    }
+
+    fn pictures(&self) -> Option<&dyn Pictured> {
+        Some(self)
+    }
+
+    fn provenance(&self) -> Option<&dyn Provenance> {
+        Some(self)
+    }
+}
+
+impl Provenance for SceneSurfaces {
+    fn names(&self) -> Option<[Vec<String>; 2]> {
+        let objects = self.scene.instances.iter().map(|instance| instance.path.clone());
+        Some([objects.collect(), self.scene.material_names.clone()])
     }
 
     fn environment(&self) -> Option<&Environment> {
@@ -457,47 +392,6 @@ impl Surfaces for SceneSurfaces {
 }
 
 impl Scene {
-    /// All faces as they stand in the world. Seals and drawn edges, which lie on faces, are left out.
-    fn casters(&self) -> Casters {
-        let mut builder = CastersBuilder::default();
-        for instance in &self.instances {
-            let geometry = &*instance.geometry;
-            let mesh = geometry.mesh();
-            let world = &instance.world_from_object;
-            let base = builder.points(mesh.points.iter().map(|p| world.transform_point3(*p)));
-            let opacities: Vec<f32> =
-                (0..mesh.face_count()).map(|face| self.opacity(instance, face)).collect();
-            let is_opaque = opacities.iter().all(|opacity| *opacity == 1.0);
-            let body = match geometry.body() {
-                turns if is_opaque && turns != 0 => {
-                    let points = mesh.points.iter().map(|p| world.transform_point3(*p));
-                    let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
-                    let number = builder.body(low, points.fold(DVec3::NEG_INFINITY, DVec3::max));
-                    let is_mirrored = world.matrix3.determinant() < 0.0;
-                    if is_mirrored == (turns > 0) { -number } else { number }
-                }
-                _ => 0,
-            };
-            let turned = normal_matrix(&world.matrix3);
-            for (face, opacity) in opacities.into_iter().enumerate() {
-                let plane = geometry.left_plane(face).map(|Support { normal, point }| {
-                    let normal = (turned * normal).normalize_or_zero();
-                    builder.plane(normal, world.transform_point3(point))
-                });
-                let number = instance.first_ordinal + geometry.first_part(face);
-                geometry.pieces(face, |corners| {
-                    builder.piece(
-                        number,
-                        opacity,
-                        (body, plane),
-                        corners.iter().map(|corner| base + corner),
-                    );
-                });
-            }
-        }
-        builder.finish()
-    }
-
     /// Whether a face is seen from the side that its material leaves out.
     pub fn is_culled(&self, instance: &Instance, face: usize, sees_front: bool) -> bool {
         let sides = instance.geometry.mesh().sides(face);
@@ -509,28 +403,6 @@ impl Scene {
     fn bundles_of(&self, material: &Material) -> impl Iterator<Item = &Material> {
         let bundles = material.domains.iter().flat_map(|domains| domains.bundles());
         bundles.map(|number| &self.materials[number as usize])
-    }
-
-    /// How much light a face holds back; NaN if that differs from place to place or side to side.
-    fn opacity(&self, instance: &Instance, face: usize) -> f32 {
-        let mesh = instance.geometry.mesh();
-        let of = |front| &self.materials[instance.material_of(mesh.sides(face), front) as usize];
-        let (front, back) = (of(true), of(false));
-        if !front.casts {
-            return 0.0;
-        }
-        if self.bundles_of(front).chain(self.bundles_of(back)).any(Material::lets_through) {
-            return f32::NAN;
-        }
-        let blends = front.alpha_mode == AlphaMode::Blend || back.alpha_mode == AlphaMode::Blend;
-        let alpha = |corner: &u32| mesh.colors.get(*corner as usize).map_or(1.0, |c| c[3]);
-        let is_cut = front.is_cut() || back.is_cut();
-        let varies =
-            is_cut || blends && mesh.outline(face).iter().any(|corner| alpha(corner) != 1.0);
-        match (front.opacity(), back.opacity()) {
-            (front, back) if varies || front != back => f32::NAN,
-            (opacity, _) => opacity,
-        }
     }
 
     /// Whether a part of an instance's face lets through what lies behind it, from the side that is

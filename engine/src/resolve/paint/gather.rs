@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::Stream;
+use super::Painter;
 use crate::raster::Rows;
-use crate::resolve::Channel;
+use crate::resolve::channel::Point;
 use crate::resolve::coverage::Cover;
 use crate::resolve::lit::Spot;
 use crate::resolve::rule::Rate;
@@ -66,28 +66,16 @@ pub(super) struct Member {
     pub(super) index: usize,
 }
 
-/// A point on a face.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
-    pub(super) face: FaceId,
-    pub(super) x: f64,
-    pub(super) y: f64,
-}
-
-impl Stream<'_> {
+impl Painter<'_> {
     /// Finds the fragments of rows.
     pub(super) fn gather(&mut self, rows: &Rows) -> Gathered {
         let width = self.framing.columns.len();
-        let wants_color = self.wants_color();
-        let wants_most =
-            self.channels.iter().any(|c| *c != Channel::Error && !Channel::OF_COLOR.contains(c));
-        let wants_error = self.channels.contains(&Channel::Error);
         let nothing = (0.0f32, Point { face: FaceId::NONE, x: 0.0, y: 0.0 });
         let sources = self.image.sources().len();
         let group = |source| Group { source, ..Group::default() };
         let mut gathered = Gathered {
             layered: (0..sources).map(group).collect(),
-            most: vec![nothing; if wants_most { width * rows.len() } else { 0 }],
+            most: vec![nothing; if self.needs.most { width * rows.len() } else { 0 }],
             ..Gathered::default()
         };
         let mut open: Vec<Group> = (0..sources).map(group).collect();
@@ -100,7 +88,7 @@ impl Stream<'_> {
             covers.clear();
             self.coverage.row(row, &mut covers);
             let first = i * width;
-            if wants_error {
+            if self.needs.estimates {
                 gathered.errors.extend_from_slice(self.coverage.errors());
             }
             if let Some(selected) = self.selected {
@@ -117,10 +105,10 @@ impl Stream<'_> {
                     self.stack(cover, row, start, &mut laid, &mut gathered);
                     continue;
                 }
-                if wants_color && cover.face.is_some() {
+                if self.needs.shaded && cover.face.is_some() {
                     self.color(cover, row, start, &mut open, &mut gathered);
                 }
-                if wants_most {
+                if self.needs.most {
                     for (pixel, at) in (cover.start..cover.end).zip(start..) {
                         if cover.area > gathered.most[at].0 {
                             gathered.most[at] = (cover.area, self.point(cover, pixel));

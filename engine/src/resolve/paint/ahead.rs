@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::Stream;
+use super::Painter;
 use super::gather::{Gathered, Group};
 use crate::fragment::{Painted, PictureSet};
 use crate::key::Key;
@@ -37,20 +37,21 @@ impl Ahead {
     pub(in crate::resolve) fn of<'a>(
         image: &SpanImage,
         bands: &[(u32, Rows)],
-        stream: impl Fn() -> Stream<'a> + Sync,
+        painter: impl Fn() -> Painter<'a> + Sync,
     ) -> Option<(Vec<Ahead>, u64)> {
         let limit = store().limit() as u64;
         let mut sets = BTreeMap::new();
         for (source, known) in image.sources().iter().enumerate() {
-            let of_source = known.surfaces.picture_sets().into_iter();
+            let Some(pictures) = known.surfaces.pictures() else { continue };
+            let of_source = pictures.picture_sets().into_iter();
             sets.extend(of_source.map(|set| ((source, set.number), set)));
         }
         // All fit, seen or not: rows may read them as they come.
         if room(sets.values()) <= limit {
             return None;
         }
-        let gather = |stream: &mut Stream<'a>, (band, rows): &(u32, Rows)| {
-            let gathered = stream.gathered(*band, rows);
+        let gather = |painter: &mut Painter<'a>, (band, rows): &(u32, Rows)| {
+            let gathered = painter.gathered(*band, rows);
             let mut seen = BTreeSet::new();
             for group in gathered.groups() {
                 let sets = (0..group.ordinal.len()).filter_map(|i| group.set(image, i));
@@ -59,7 +60,7 @@ impl Ahead {
             (Ahead { gathered, painted: Vec::new() }, seen)
         };
         let (mut ahead, seen): (Vec<Ahead>, Vec<BTreeSet<SetId>>) =
-            bands.par_iter().map_init(&stream, gather).unzip();
+            bands.par_iter().map_init(&painter, gather).unzip();
         let seen: BTreeSet<SetId> = seen.into_iter().flatten().collect();
         // What is not seen is not read, and the rest may fit.
         sets.retain(|id, _| seen.contains(id));
@@ -72,13 +73,13 @@ impl Ahead {
             store().keep_only(&pictures.map(|(key, _)| *key).collect());
             ahead
                 .par_iter_mut()
-                .for_each_init(&stream, |stream, band| band.paint(image, stream, pass));
+                .for_each_init(&painter, |painter, band| band.paint(image, painter, pass));
         }
         Some((ahead, passes.len() as u64))
     }
 
     /// Finds what the pictures of some sets show.
-    fn paint(&mut self, image: &SpanImage, stream: &Stream<'_>, pass: &BTreeSet<SetId>) {
+    fn paint(&mut self, image: &SpanImage, painter: &Painter<'_>, pass: &BTreeSet<SetId>) {
         self.painted.resize_with(self.gathered.groups().count(), Vec::new);
         for (group, painted) in self.gathered.groups().zip(&mut self.painted) {
             let is_shown = |i: &usize| {
@@ -87,7 +88,7 @@ impl Ahead {
             let which: Vec<usize> = (0..group.ordinal.len()).filter(is_shown).collect();
             if !which.is_empty() {
                 let source = &image.sources()[group.source];
-                painted.push(source.paint(&stream.fragments(group), &which));
+                painted.push(source.paint(&painter.fragments(group), &which));
             }
         }
     }
