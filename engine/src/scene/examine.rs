@@ -68,6 +68,7 @@ pub fn examine(mesh: &Mesh) -> Vec<(usize, MeshFault)> {
     for at in 0..mesh.face_count() {
         let mut faults = examine_face(mesh, at);
         let mut corners = mesh.outline(at).to_vec();
+        // Sorted, as a double may begin elsewhere or run the other way round.
         corners.sort_unstable();
         if known.insert(corners, at).is_some() {
             faults.push(MeshFault::Doubled);
@@ -103,6 +104,7 @@ fn examine_face(mesh: &Mesh, at: usize) -> Vec<MeshFault> {
         faults.push(if is_whole { MeshFault::Bent } else { MeshFault::NotPlanar });
     }
     let count = outline.len() + holes.iter().chain(&seals).map(Vec::len).sum::<usize>();
+    // Edges are compared by pairs. A triangle with area cannot cross itself.
     if (outline.len() == 3 && holes.is_empty() && seals.is_empty()) || count > MOST {
         return faults;
     }
@@ -124,6 +126,7 @@ fn examine_face(mesh: &Mesh, at: usize) -> Vec<MeshFault> {
             faults.push(MeshFault::HoleOutside);
         }
         for other in &holes[..i] {
+            // Rings that do not meet are apart or one within the other, and one corner tells which.
             if meet(hole, other) || contains(hole, other[0]) || contains(other, hole[0]) {
                 faults.push(MeshFault::HolesOverlap);
             }
@@ -156,12 +159,14 @@ fn side(p: DVec2, q: DVec2, r: DVec2) -> f64 {
 
 /// Whether two edges cross at a point inside both.
 fn cross_inside(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> bool {
+    // Strictly opposite sides: a corner that lies on the other edge touches and does not cross.
     side(a.0, a.1, b.0) * side(a.0, a.1, b.1) < 0.0
         && side(b.0, b.1, a.0) * side(b.0, b.1, a.1) < 0.0
 }
 
 /// Whether a point lies on an edge.
 fn on_edge(p: DVec2, edge: (DVec2, DVec2)) -> bool {
+    // On the line, and the ends lie in opposite directions from it.
     side(edge.0, edge.1, p) == 0.0 && (p - edge.0).dot(p - edge.1) <= 0.0
 }
 
@@ -203,6 +208,7 @@ pub(super) fn contains(ring: &[DVec2], p: DVec2) -> bool {
         return true;
     }
     let crossings = edges(ring).filter(|(a, b)| {
+        // Half open in y: a corner at the height of the point is counted for one of its edges only.
         (a.y <= p.y) != (b.y <= p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
     });
     crossings.count() % 2 == 1

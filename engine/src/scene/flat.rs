@@ -191,10 +191,12 @@ impl Scene {
         }
         let mut key_of_all = KeyHasher::new("scene");
         key_of_all.key(key).bytes(plan.name.as_bytes());
+        // A file that the document names may change while the document does not.
         for reading in flattening.files.values() {
             key_of_all.key(reading.key);
         }
         let Flattening { mut materials, mut material_names, .. } = flattening;
+        // Faces without a material get their number last, so that nothing else is numbered anew.
         let unnamed = materials.len() as u32;
         materials.push(Material::default());
         material_names.push(String::new());
@@ -255,6 +257,8 @@ impl Scene {
     /// The place of the instance, the face and the part of a number below
     /// [`part_count`](Scene::part_count).
     pub fn part(&self, ordinal: u32) -> (usize, usize, Part) {
+        // The last that begins at or before it: an instance without parts shares its number with
+        // the next.
         let at = self.instances.partition_point(|i| i.first_ordinal <= ordinal) - 1;
         let instance = &self.instances[at];
         let (face, part) = instance.geometry.part(ordinal - instance.first_ordinal);
@@ -263,12 +267,14 @@ impl Scene {
 
     /// What had to be changed to make the meshes ready, mesh by mesh.
     pub fn faults(&self) -> impl Iterator<Item = (&str, Faults)> {
+        // Instances share a mesh: its faults are told once, under the first that places it.
         let mut seen = std::collections::HashSet::new();
         self.instances
             .iter()
             .filter(move |instance| seen.insert(Arc::as_ptr(&instance.geometry)))
             .map(|instance| (instance.path.as_str(), instance.geometry.faults()))
             .filter(|(_, faults)| {
+                // A deviation within the tolerance changes nothing and is no fault.
                 *faults != Faults { worst_deviation: faults.worst_deviation, ..Faults::default() }
             })
     }

@@ -98,6 +98,8 @@ impl Flattening<'_> {
                 above.path
             )));
         }
+        // Groups and instances nested in each other grow as a power. Visits are counted, not only
+        // meshes.
         self.visits += 1;
         if self.visits > MAX_INSTANCES {
             self.is_over = true;
@@ -105,6 +107,7 @@ impl Flattening<'_> {
                 "more than {MAX_INSTANCES} objects: divide the scene"
             )));
         }
+        // What is hidden above stays hidden below, whatever the child says.
         let display = object.display.min(above.display);
         if display == Display::Hidden {
             return Ok(());
@@ -121,6 +124,8 @@ impl Flattening<'_> {
         let material = match &object.material {
             Some(name) => {
                 let number = self.material(file, name);
+                // A faulty material is told and then replaced, so that the shape below is checked
+                // too.
                 self.sift(&path, number)?.or(above.material)
             }
             None => above.material,
@@ -129,6 +134,7 @@ impl Flattening<'_> {
         let placed = self.place(file, &object.shape, &here);
         self.sift(&here.path, placed)?;
         for (i, child) in object.children.iter().enumerate() {
+            // Siblings without a name are told apart by their number, so that paths stay unique.
             if child.name.is_empty() {
                 let numbered = Inherited { path: numbered(&here.path, i), ..here };
                 let visited = self.visit(file, child, &numbered);
@@ -154,6 +160,7 @@ impl Flattening<'_> {
                 visited
             }
             Shape::Array { of, count, step } => {
+                // Asked before the loop, which would fail only after many millions of copies.
                 let total = count.iter().map(|n| u64::from(*n)).product::<u64>();
                 if total > MAX_INSTANCES as u64 {
                     return Err(Error::invalid(format!(
@@ -164,6 +171,7 @@ impl Flattening<'_> {
                     (0..count[1]).flat_map(move |j| (0..count[0]).map(move |i| [i, j, k]))
                 });
                 for (n, index) in each.enumerate() {
+                    // Multiplied, not added up: the last copy is as exact as the first.
                     let offset = std::array::from_fn(|axis| f64::from(index[axis]) * step[axis]);
                     let world = here.world * DAffine3::from_translation(offset.into());
                     let one = Inherited { path: numbered(&here.path, n), world, ..*here };
@@ -174,6 +182,7 @@ impl Flattening<'_> {
             }
             Shape::File { path, plan, unit, up } => {
                 let options = ReadOptions { unit: *unit, up: *up, ..ReadOptions::default() };
+                // One file in two units is two documents.
                 let id = (file.directory.join(path), format!("{options:?}"));
                 if !self.files.contains_key(&id) {
                     let reading = self.library.document(&id.0, &options)?;
@@ -253,6 +262,8 @@ impl Flattening<'_> {
         shape: &Shape,
         here: &Inherited,
     ) -> Result<()> {
+        // Documents are neither moved nor dropped while they are flattened, so an address names a
+        // shape.
         let address = std::ptr::from_ref(shape) as usize;
         let ready = match self.ready.get(&address) {
             Some(ready) => ready.clone(),
@@ -266,6 +277,7 @@ impl Flattening<'_> {
         };
         let Some((geometry, palette)) = ready else { return Ok(()) };
         geometry.check_place(&here.world)?;
+        // If the cast wraps, the test below refuses the scene.
         let first_ordinal = self.parts as u32;
         self.parts += u64::from(geometry.part_count());
         if self.instances.len() >= MAX_INSTANCES || self.parts >= u64::from(u32::MAX) {
@@ -305,6 +317,7 @@ impl Flattening<'_> {
                 names.join(", ")
             ))
         })?;
+        // A text can say NaN, and a number too large for its type is infinite.
         let finite = material.color.is_finite() && material.alpha.is_finite();
         if !finite {
             return Err(Error::invalid(format!(
@@ -337,6 +350,8 @@ impl Flattening<'_> {
                 *path = file.directory.join(&path).to_string_lossy().into_owned();
             }
             for (index, bundle) in &domains.table {
+                // Only one level: without this test two materials could be bundles of each other,
+                // for ever.
                 let known = file.document.materials.get(bundle);
                 if known.is_some_and(|known| known.domains.is_some()) {
                     let message =

@@ -114,6 +114,9 @@ impl Geometry {
             check_size(bounds)?;
         }
         let mut faults = Faults::default();
+        // 1. Faces become planar and affine. 2. Faces of one plane get one support. 3. Parts are
+        // numbered.
+        // Supports come second: dividing a face makes new planes.
         let mesh = flat_and_affine(mesh, &mut faults)?;
         let (supports, support_of) = planes::shared(&mesh);
         let bounds = bounds(&mesh);
@@ -168,6 +171,7 @@ impl Geometry {
             let from = self.mesh.points[*corner as usize] - support.point;
             (off.max(from.dot(support.normal).abs()), reach.max(from.length()))
         });
+        // A tenth of what makes two planes one: what is less is rounding of the coordinates.
         (off > reach * COPLANARITY / 10.0).then_some(support)
     }
 
@@ -178,6 +182,7 @@ impl Geometry {
         let outline = mesh.outline(at);
         if mesh.holes(at).is_empty() && is_convex(mesh, outline, self.normal(at)) {
             piece(outline);
+        // Convex faces stay whole: rays then meet no edges inside of them.
         } else if let Some(face) = mesh.face(at) {
             let normal = self.normal(at);
             triangles(mesh, &face, normal).iter().for_each(|triangle| piece(triangle));
@@ -209,6 +214,8 @@ impl Geometry {
     /// If it reaches too far from the origin or is too small.
     pub fn check_place(&self, world: &DAffine3) -> Result<()> {
         let Some([low, high]) = self.bounds else { return Ok(()) };
+        // The box of the placed box is larger than that of the placed points, if it is turned. It
+        // is cheap, and only orders of magnitude matter here.
         let corner = |i: usize| {
             let pick = |axis: usize| if i >> axis & 1 == 1 { high[axis] } else { low[axis] };
             world.transform_point3(DVec3::new(pick(0), pick(1), pick(2)))
@@ -311,12 +318,16 @@ fn flat_and_affine(mesh: &Mesh, faults: &mut Faults) -> Result<Mesh> {
     let attributes = !(mesh.normals.is_empty() && mesh.uvs.is_empty() && mesh.colors.is_empty());
     let mut outline = Vec::new();
     for at in 0..mesh.face_count() {
+        // A corner that repeats makes an edge without direction.
         without_repeats(mesh, mesh.outline(at), &mut outline);
         let points = || outline.iter().map(|corner| mesh.points[*corner as usize]);
+        // The normal is the area's, summed over all edges. Three corners of a polygon may be in
+        // line.
         let Some(normal) = polygon::plane_normal(points()) else {
             faults.without_area += 1;
             continue;
         };
+        // A triangle is planar and affine by nature. Most meshes have nothing else.
         if outline.len() == 3 && mesh.is_plain(at) {
             flat.add_polygon(&outline, mesh.sides(at).front)?;
             continue;
@@ -335,6 +346,8 @@ fn flat_and_affine(mesh: &Mesh, faults: &mut Faults) -> Result<Mesh> {
             faults.worst_deviation = faults.worst_deviation.max(deviation.0);
             let is_planar = deviation.0 <= PLANARITY * deviation.1;
             let is_affine = !attributes || is_affine(&flat, &face, normal);
+            // Triangles would each need a piece of a seal, and edges would be drawn along the
+            // diagonals.
             let is_whole = !face.seals.is_empty() || face.edge.is_some();
             match (is_planar, is_affine) {
                 (true, true) => {
@@ -383,6 +396,7 @@ fn areas(mesh: &mut Mesh, face: &Face, normal: DVec3) -> Option<Vec<Face>> {
     let mut made: Vec<(DVec3, u32)> = Vec::new();
     let mut corner = |corner: Corner| match corner {
         Corner::Given(at) => corners[at as usize],
+        // A crossing is a corner of several areas. They must share its vertex, bit for bit.
         Corner::Made(point) => match made.iter().find(|(known, _)| *known == point) {
             Some((_, at)) => *at,
             None => {
@@ -409,6 +423,7 @@ fn without_repeats(mesh: &Mesh, corners: &[u32], out: &mut Vec<u32>) {
             out.push(*corner);
         }
     }
+    // Many formats close a ring by saying its first corner again.
     while out.len() > 1 && at(out[0]) == at(out[out.len() - 1]) {
         out.pop();
     }
@@ -451,6 +466,8 @@ impl Frame {
             let best = outline.iter().max_by(|p, q| from(at(**p)).total_cmp(&from(at(**q))));
             best.copied().unwrap_or(first)
         };
+        // Far corners make a well-conditioned basis: neighbours may be a hair apart or in line with
+        // the first.
         let second = far(&|p| p.distance_squared(at(first)));
         let along = at(second) - at(first);
         let third = if outline.len() == 3 {
@@ -465,6 +482,7 @@ impl Frame {
         let (u, v) = if area > 0.0 {
             (q.cross(across) / area, across.cross(p) / area)
         } else {
+            // Without area the first corner has all the weight, and nothing becomes NaN.
             (DVec3::ZERO, DVec3::ZERO)
         };
         Frame { corners: [first, second, third], origin: at(first), u, v }

@@ -69,6 +69,7 @@ pub(super) fn examine(
     let mut found = |is_so: bool, fault: ShellFault| faults.extend(is_so.then_some(fault));
     let is_open = sides.values().any(|faces| faces.len() == 1);
     let is_crowded = sides.values().any(|faces| faces.len() > 2);
+    // Neighbours turned alike run their common edge in opposite directions.
     let is_turned = sides.values().any(|f| f.len() == 2 && f[0].1 == f[1].1);
     found(is_open, ShellFault::NotClosed);
     found(is_crowded || meets_in_corners(faces), ShellFault::NotSimple);
@@ -78,6 +79,8 @@ pub(super) fn examine(
     }
     found(pieces.count() > 1, ShellFault::InPieces);
     found(is_turned, ShellFault::TurnedFaces);
+    // A volume has a meaning, and a crossing is one, only if the shell is closed and its faces
+    // agree.
     if faults.is_empty() {
         let outlines = || faces.iter().map(|rings| rings.iter().map(|ring| volume(ring, points)));
         let volume: f64 = outlines().flatten().sum();
@@ -93,6 +96,7 @@ pub(super) fn examine(
 
 /// Six times the signed volume between a ring and the origin of the first point.
 fn volume(ring: &[u32], points: &[DVec3]) -> f64 {
+    // Cities have coordinates of millions of metres, which would swallow the volume of a house.
     let at = |corner: u32| points[corner as usize] - points[0];
     let Some(first) = ring.first() else { return 0.0 };
     ring_edges(ring).map(|(a, b)| at(*first).dot(at(a).cross(at(b)))).sum()
@@ -132,6 +136,7 @@ fn crosses_itself(faces: &[Vec<Vec<u32>>], points: &[DVec3]) -> bool {
     let flats: Vec<Option<Flat>> = faces.iter().map(|rings| Flat::new(rings, points)).collect();
     let mut order: Vec<(usize, &Flat)> =
         flats.iter().enumerate().filter_map(|(i, flat)| Some((i, flat.as_ref()?))).collect();
+    // A sweep along x: only faces whose boxes overlap there are compared.
     order.sort_by(|a, b| a.1.low.x.total_cmp(&b.1.low.x));
     let passes = |from: usize, flat: &Flat| {
         let rings = faces[from].iter();
@@ -203,6 +208,7 @@ impl Flat {
     fn is_pierced(&self, a: DVec3, b: DVec3) -> bool {
         let (from, to) = (self.above(a), self.above(b));
         let is_through = from.min(to) < -self.grain && from.max(to) > self.grain;
+        // Both ends are off the plane by more than the grain, so the divisor is not near 0.
         is_through && self.is_inside(self.at(a + (b - a) * (from / (from - to))))
     }
 
@@ -243,6 +249,7 @@ impl Pieces {
 
     fn of(&mut self, mut at: u32) -> u32 {
         while self.0[at as usize] != at {
+            // Halving the path keeps later searches short.
             self.0[at as usize] = self.0[self.0[at as usize] as usize];
             at = self.0[at as usize];
         }

@@ -17,10 +17,13 @@ impl Mesh {
             return;
         }
         let cos = math::cos(crease.to_radians());
+        // The length is the area, so that sums of these are weighted by it.
         let areas: Vec<DVec3> = (0..self.face_count())
             .map(|at| area_vector(self.outline(at).iter().map(|c| self.points[*c as usize])))
             .collect();
         let normals: Vec<DVec3> = areas.iter().map(|a| a.normalize_or_zero()).collect();
+        // By place, not by number: seams of textures double vertices, and shading must not show
+        // them.
         let place = |corner: u32| self.points[corner as usize].to_array().map(f64::to_bits);
         let mut around: HashMap<[u64; 3], Vec<usize>> = HashMap::new();
         for at in 0..self.face_count() {
@@ -34,6 +37,7 @@ impl Mesh {
         let mut vertex = |smooth: &mut Mesh, corner: u32, normal: DVec3| -> u32 {
             let normal = normal.as_vec3();
             let next = smooth.points.len() as u32;
+            // Faces with the same mean share a vertex. On a crease each side gets its own.
             *known.entry((corner, normal.to_array().map(f32::to_bits))).or_insert_with(|| {
                 let i = corner as usize;
                 smooth.points.push(self.points[i]);
@@ -52,6 +56,7 @@ impl Mesh {
             };
             let Some(mut face) = self.face(at) else { continue };
             face.outline = face.outline.iter().map(|c| vertex(&mut smooth, *c, mean(*c))).collect();
+            // Only outlines meet other faces. Within a face, its own normal holds.
             let mut flat = |ring: &Outline| -> Outline {
                 ring.iter().map(|c| vertex(&mut smooth, *c, own)).collect()
             };

@@ -30,12 +30,16 @@ pub(super) fn shared(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
         true => 0.0,
         false => *reaches.select_nth_unstable_by(middle, f64::total_cmp).1,
     };
+    // Much wider than the tolerance, so that a plane is seldom near a border. The floor keeps
+    // offsets finite when all points are one.
     let width = (usual * COPLANARITY * 1e4).max(1e-300);
     let mut supports: Vec<Support> = Vec::new();
     let mut support_of = Vec::with_capacity(mesh.face_count());
     let mut buckets: HashMap<[i64; 4], Vec<u32>> = HashMap::new();
     // Planes that are one fall into one bucket or into neighbouring ones.
     let bucket = |support: &Support| {
+        // Three digits of the normal and the distance from the middle: rough, as the test of the
+        // corners below decides.
         let offset = (support.point - centre).dot(support.normal) / width;
         let n = support.normal * 1e3;
         [n.x, n.y, n.z, offset]
@@ -44,14 +48,18 @@ pub(super) fn shared(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
         let points = || outline(at);
         let normal = polygon::plane_normal(points()).unwrap_or(DVec3::Y);
         let point = point_of(points(), normal);
+        // Both: the noise relative to the mesh, and that of coordinates far from the origin.
         let tolerance = COPLANARITY * reach(at) + noise(at);
         let support = Support { point, normal };
         let turned = Support { point, normal: -normal };
+        // Two sheets back to back lie in one plane too: the known plane may look the other way.
         let known = [(&support, 0), (&turned, TURNED)].into_iter().find_map(|(support, turned)| {
             let found = neighbours(bucket(support)).find_map(|key| {
                 buckets.get(&key)?.iter().copied().find(|candidate| {
                     let other = &supports[*candidate as usize];
                     other.normal.dot(support.normal) > 0.0
+                        // Corners, not normals: the normal of a sliver is noise, but its corners
+                        // lie where they lie.
                         && points().all(|p| (p - other.point).dot(other.normal).abs() <= tolerance)
                 })
             });
@@ -86,6 +94,7 @@ fn point_of(points: impl Iterator<Item = DVec3> + Clone, normal: DVec3) -> DVec3
     let nearest = points.clone().min_by(|p, q| size(p).total_cmp(&size(q)));
     let nearest = nearest.unwrap_or(DVec3::ZERO);
     let count = points.clone().count().max(1) as f64;
+    // Differences are small where coordinates are large, so the mean loses no digits.
     let offset = points.map(|p| (p - nearest).dot(normal)).sum::<f64>() / count;
     nearest + normal * offset
 }
@@ -94,9 +103,11 @@ fn point_of(points: impl Iterator<Item = DVec3> + Clone, normal: DVec3) -> DVec3
 fn neighbours(values: [f64; 4]) -> impl Iterator<Item = [i64; 4]> {
     let near = values.map(|v| {
         let (cell, within) = (v.floor(), v - v.floor());
+        // A value within a hundredth of a border may be the other side's, by rounding.
         let other = if within < 0.01 { -1 } else { i64::from(within > 0.99) };
         (cell as i64, other)
     });
+    // Each bit says whether an axis is moved to its neighbour. Mostly only mask 0 is left.
     (0..16u32).filter_map(move |mask| {
         let mut key = [0; 4];
         for (i, (cell, other)) in near.iter().enumerate() {
