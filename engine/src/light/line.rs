@@ -35,6 +35,7 @@ impl Light for Line {
         let first = start.dot(axis);
         let foot = start - axis * first;
         let h = foot.length();
+        // On the axis itself the sine is 0: the tube is seen end on.
         if h.is_nan() || h <= 1e-12 * start.length().max(end.length()) {
             return Color::BLACK;
         }
@@ -52,6 +53,7 @@ impl Light for Line {
         if from >= to {
             return Color::BLACK;
         }
+        // The antiderivatives of h^2 / r^4 and h l / r^4, but for a factor 1 / h.
         let square = |l: f64| h * h + l * l;
         let integral = |l: f64| {
             across * (l * h / square(l) + math::atan2(l, h)) / 2.0 - along * h * h / square(l) / 2.0

@@ -20,6 +20,7 @@ impl<const N: usize> ByNormal<[f32; N]> {
     /// The value at a normal.
     pub(super) fn at(&self, normal: DVec3) -> [f32; N] {
         let p = (fold(normal) + 1.0) / 2.0 * (SIDE - 1) as f64;
+        // The last row belongs to the cell before it.
         let (x, y) = ((p.x as usize).min(SIDE - 2), (p.y as usize).min(SIDE - 2));
         let (u, v) = (p.x - x as f64, p.y - y as f64);
         std::array::from_fn(|i| {
@@ -33,6 +34,7 @@ impl<const N: usize> ByNormal<[f32; N]> {
 /// The unit vector at a place of the square of octahedral coordinates, in [-1, 1].
 pub(super) fn unfold(p: DVec2) -> DVec3 {
     let y = 1.0 - p.x.abs() - p.y.abs();
+    // The lower half is folded outwards over the diagonals.
     let fold = (-y).max(0.0);
     let away = |v: f64| if v >= 0.0 { v - fold } else { v + fold };
     DVec3::new(away(p.x), y, away(p.y)).normalize_or_zero()

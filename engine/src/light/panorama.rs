@@ -76,6 +76,8 @@ impl Choices {
         // The greatest cosine that there may be.
         let share = |middle: &DVec3| {
             let angle = math::acos(middle.dot(normal).clamp(-1.0, 1.0));
+            // Never less than the true cosine within the cell: what is never chosen would be
+            // missing from the sum.
             math::cos((angle - SLACK).clamp(0.0, PI)).max(0.0)
         };
         let shares: Vec<f64> = cells.iter().map(|(middle, _)| share(middle)).collect();
@@ -183,6 +185,7 @@ impl Panorama {
     /// The solid angle of a pixel of a row.
     fn solid(&self, row: usize) -> f64 {
         let edge = |row: usize| math::cos(PI * row as f64 / self.rows() as f64);
+        // Archimedes: a zone's area is its height.
         (edge(row) - edge(row + 1)) * TAU / f64::from(self.width)
     }
 
@@ -246,6 +249,7 @@ impl Panorama {
                 let light = *color * self.solid(y) as f32;
                 let cell = &mut cells[(y / by) * 2 * COARSE + x / by];
                 let direction = self.direction(x as f64 + 0.5, y as f64 + 0.5);
+                // The middle by light, so that a sun stays where it is.
                 cell.0 += direction * grey(light);
                 cell.1 = cell.1 + light;
             }
@@ -290,6 +294,8 @@ impl Light for Panorama {
     fn luminance(&self, direction: DVec3) -> Option<Color> {
         let (x, y) = self.place(direction);
         let (width, rows) = (self.width as usize, self.rows());
+        // Pixels have their colour in their middle; round the axis the last column is beside the
+        // first.
         let (x, y) = ((x - 0.5).rem_euclid(width as f64), (y - 0.5).clamp(0.0, rows as f64 - 1.0));
         let (left, top) = (x as usize % width, y as usize);
         let at = |x: usize, y: usize| self.colors[y.min(rows - 1) * width + x % width];
@@ -300,6 +306,7 @@ impl Light for Panorama {
 
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
         let Tables { columns, choices, .. } = self.tables();
+        // The nearest normal that was weighed. `SLACK` covers the difference.
         let near = (fold(at.normal) + 1.0) / 2.0 * (NORMALS - 1) as f64;
         let place = |v: f64| (v.round() as usize).min(NORMALS - 1);
         let choices = &choices[place(near.y) * NORMALS + place(near.x)];
@@ -331,6 +338,7 @@ impl Light for Panorama {
         let u = if own > 0.0 { (wanted - (sums[x] - own)) / own } else { 0.5 };
         let direction = self.direction(x as f64 + u.clamp(0.0, 1.0), y as f64 + v);
         let color = self.colors[y * width + x];
+        // Per solid angle: a pixel's light over its solid angle is its brightness, which cancels.
         let density = grey(color) * choices.shares[cell] / choices.all();
         let cosine = at.normal.dot(direction).max(0.0);
         let lux = if density > 0.0 { cosine / density } else { 0.0 };

@@ -70,6 +70,7 @@ impl Disc {
     /// What the polygon gives, with a luminance of 1, to what faces it: Lambert's sum over equal edges.
     fn facing(&self) -> f64 {
         let (step, radius) = self.corners();
+        // By symmetry all edges give the same: the angle of one, times the cosine of its plane.
         let to_edge = radius * math::cos(step / 2.0);
         let reach = (1.0 + to_edge * to_edge).sqrt();
         let angle = math::atan2(radius * math::sin(step / 2.0), reach);
@@ -106,11 +107,14 @@ impl Light for Disc {
 
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
         let round = choice.x * TAU;
+        // Spread over the disc as it projects onto the plane that faces it: by the square root, as
+        // areas.
         let across = math::sin(self.radius) * choice.y.sqrt();
         let along = (1.0 - across * across).sqrt();
         let (u, v) = self.toward.any_orthonormal_pair();
         let beside = u * math::cos(round) + v * math::sin(round);
         let direction = self.toward * along + beside * across;
+        // Directions are spread by their cosine with the middle, which is taken out again.
         let lux = at.normal.dot(direction).max(0.0) / along;
         Sample { toward: Toward::Direction(direction), irradiance: Color::grey(lux as f32) }
     }
@@ -170,6 +174,7 @@ impl Beam {
                 if angle >= *outer {
                     return 0.0;
                 }
+                // A cone with a hard edge has equal angles.
                 let t = ((outer - angle) / (outer - inner).max(1e-12)).clamp(0.0, 1.0);
                 let through = t * t * (3.0 - 2.0 * t);
                 through * of.as_ref().map_or(1.0, |of| of.intensity(direction))
@@ -194,6 +199,7 @@ impl Light for Point {
         if cosine.is_nan() || cosine <= 0.0 {
             return Color::BLACK;
         }
+        // Divided twice, as the square of a large distance may overflow.
         let lux = self.beam.intensity(-direction) * cosine / distance / distance;
         Color::grey(lux.min(f64::from(f32::MAX)) as f32)
     }

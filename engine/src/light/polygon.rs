@@ -65,6 +65,7 @@ impl Polygon {
             Corner::Made(point) => point,
         };
         let ring = |ring: Vec<Corner>| -> Vec<DVec3> { ring.into_iter().map(corner).collect() };
+        // None: it already is one area.
         let Some(areas) = polygon::areas(&points, &holes, normal) else { return vec![self] };
         let area = |area: Area| Polygon {
             outline: ring(area.outline),
@@ -126,6 +127,7 @@ impl Surface {
             if off.fold(0.0, f64::max) > 1e-3 * reach {
                 return Err(Error::invalid(format!("{which}the corners are not in one plane")));
             }
+            // Rings that cross would be counted with the wrong sign, or twice.
             let left = polygon.areas(normal);
             if left.is_empty() {
                 return Err(Error::invalid(format!("{which}the holes leave nothing of it")));
@@ -190,6 +192,7 @@ impl Surface {
             let corners = || self.polygons.iter().flat_map(|polygon| &polygon.outline);
             let low = corners().fold(DVec3::INFINITY, |low, p| low.min(*p));
             let high = corners().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+            // Corners of the face itself lie on its plane only up to rounding.
             let slack = (high - low).length() * 1e-9;
             self.polygons.iter().any(|polygon| {
                 let (normal, origin) = (polygon.normal(), polygon.outline[0]);
@@ -204,6 +207,7 @@ impl Surface {
         self.triangles().corners.iter().filter(move |corners| {
             let way = position - corners[0];
             let front = way.dot(area_vector(corners.iter().copied()).normalize_or_zero());
+            // Seen edge-on a triangle gives nothing, but its sign would be noise.
             front.abs() > 1e-9 * way.length() && (front > 0.0 || two_sided)
         })
     }
@@ -213,10 +217,13 @@ impl Surface {
         let way = point - at.position;
         self.seen(at).filter(|corners| *corners != own).any(|corners| {
             let seen = corners.map(|corner| corner - at.position);
+            // On which side of the way each edge passes: all on one side means through the
+            // triangle.
             let turns = [0, 1, 2].map(|i| way.dot(seen[i].cross(seen[(i + 1) % 3])));
             let normal = (seen[1] - seen[0]).cross(seen[2] - seen[0]);
             let t = normal.dot(seen[0]) / normal.dot(way);
             let is_within = turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0);
+            // The point lies on the surface too, at 1.
             is_within && t > 0.0 && t < 1.0 - 1e-9
         })
     }
@@ -226,12 +233,14 @@ impl Surface {
 /// 1760): half the sum over its edges of the angle that the edge takes, times the cosine between the
 /// receiver's normal and that of the edge's plane through the receiver.
 pub(super) fn ring(ring: &[DVec3], at: &Receiver) -> f64 {
+    // First the part above the receiver's horizon is kept: Lambert's sum holds for that alone.
     let height = |p: DVec3| at.normal.dot(p);
     let mut above: Vec<DVec3> = Vec::with_capacity(ring.len() + 2);
     let relative = |p: &DVec3| *p - at.position;
     let Some(mut last) = ring.last().map(relative) else { return 0.0 };
     for point in ring.iter().map(relative) {
         let (from, to) = (height(last), height(point));
+        // The signs differ, so the divisor is not 0.
         if (from > 0.0) != (to > 0.0) {
             above.push(last + (point - last) * (from / (from - to)));
         }
@@ -246,6 +255,7 @@ pub(super) fn ring(ring: &[DVec3], at: &Receiver) -> f64 {
         let across = last.cross(point);
         let sine = across.length();
         if sine > 0.0 {
+            // Not by an arc cosine, which loses half of the digits of small angles.
             sum += math::atan2(sine, last.dot(point)) * at.normal.dot(across) / sine;
         }
         last = point;
@@ -286,12 +296,14 @@ impl Light for Surface {
         let mut all = Vec::new();
         let mut cone = Cone::default();
         for own in self.seen(at) {
+            // Each facet is what is left of a triangle behind the cones of all others.
             let mut parts = vec![relative(own)];
             for before in self.seen(at).filter(|before| *before != own) {
                 let normal = area_vector(before.iter().copied());
                 if !cone.behind(normal, relative(before).into_iter()) {
                     continue;
                 }
+                // From the end: what is cut off goes to the end, and is outside of this cone.
                 for i in (0..parts.len()).rev() {
                     if cone.meets(&parts[i]) {
                         let part = parts.swap_remove(i);
@@ -325,6 +337,7 @@ impl Light for Surface {
         };
         let before = if which == 0 { 0.0 } else { sums[which - 1] };
         // The place within the triangle: the rest of one number, and the other.
+        // The root makes places equally likely by area: a triangle widens away from its corner.
         let s = ((wanted - before) / (sums[which] - before)).clamp(0.0, 1.0).sqrt();
         let point = a + (b - a) * (s * (1.0 - choice.y)) + (c - a) * (s * choice.y);
         let way = point - at.position;

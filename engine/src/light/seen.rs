@@ -42,10 +42,12 @@ impl SeenSky {
 /// How much of a pixel a disc covers, both in the plane that the disc lies in.
 fn share(direction: DVec3, [right, down]: [DVec3; 2], toward: DVec3, radius: f64) -> f64 {
     let reach = (right.length() + down.length()) / 2.0;
+    // The disc may be a hundredth of a degree wide, where an arc cosine is noise.
     let from = math::atan2(direction.cross(toward).length(), direction.dot(toward));
     if from >= radius + 2.0 * reach {
         return 0.0;
     }
+    // Clearly inside or outside: most pixels of a sky.
     if from <= radius - 2.0 * reach || reach == 0.0 {
         return if from <= radius { 1.0 } else { 0.0 };
     }
@@ -53,10 +55,12 @@ fn share(direction: DVec3, [right, down]: [DVec3; 2], toward: DVec3, radius: f64
     let corner = |(x, y): (f64, f64)| {
         let way = direction + right * x + down * y;
         let along = way.dot(toward);
+        // In the tangent plane the disc is a circle of radius tan, and pixels are polygons.
         (along > 0.0).then(|| DVec2::new(way.dot(u), way.dot(v)) / along)
     };
     let corners = [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(corner);
     let [Some(a), Some(b), Some(c), Some(d)] = corners else { return 0.0 };
+    // Green: the area that a polygon and a circle share is a sum over the polygon's edges.
     let edges = [(a, b), (b, c), (c, d), (d, a)];
     let area: f64 = edges.iter().map(|(a, b)| a.perp_dot(*b) / 2.0).sum();
     let radius = math::tan(radius);
@@ -74,6 +78,7 @@ fn within_circle(a: DVec2, b: DVec2, radius: f64) -> f64 {
     if root <= 0.0 || square == 0.0 {
         return sector(a, b);
     }
+    // Outside of the circle an edge counts as an arc, inside as itself.
     let [enters, leaves] = [-root.sqrt(), root.sqrt()].map(|root| (root - half) / square);
     if enters >= 1.0 || leaves <= 0.0 {
         return sector(a, b);

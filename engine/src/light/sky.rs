@@ -137,6 +137,7 @@ impl Sky {
         self.tables.get_or_init(|| {
             let cells = ROWS * COLUMNS;
             let solid = TAU / cells as f64;
+            // Asked once: a blend needs it for each direction.
             let clear = horizontal_of_clear(math::acos(self.sun.y.clamp(-1.0, 1.0)));
             let is_cloudless = match self.model {
                 SkyModel::Clear | SkyModel::General(11..=15) => true,
@@ -159,6 +160,7 @@ impl Sky {
                     let light = (parts.cloudless + parts.cloudy) * solid / 4.0;
                     let color = parts.color(cloudless.as_ref(), direction).to_array();
                     let color = DVec3::from(color.map(f64::from)) * solid / 4.0;
+                    // By the model's luminance, not the colour's, so that colour changes no lux.
                     horizontal += light * direction.y;
                     colors += color * direction.y;
                     *cell += color;
@@ -172,6 +174,7 @@ impl Sky {
                 let dome: Vec<(DVec3, DVec3)> =
                     (0..cells).map(|i| (place(i, DVec2::splat(0.5)), upper[i] * scale)).collect();
                 ByNormal::new(|normal| {
+                    // Only the upper half: the ground is in closed form, as it is uniform.
                     let received = dome.iter().map(|(d, l)| *l * d.dot(normal).max(0.0));
                     color(received.sum::<DVec3>())
                 })
@@ -232,7 +235,9 @@ fn relative(model: SkyModel, direction: DVec3, sun: DVec3, clear: f64) -> Parts 
         }
         SkyModel::Blend(share) => {
             // Both as they are over an open plane, so that the share is one of light.
+            // In units of what it gives to an open plane.
             let bright = general(12, up, from_sun, sun_zenith) / clear;
+            // An overcast sky with a zenith of 1 gives an open plane 7 pi / 9.
             let dull = (1.0 + 2.0 * up) / 3.0 / (7.0 * PI / 9.0);
             Parts { cloudless: bright * (1.0 - share), cloudy: dull * share }
         }
@@ -291,6 +296,7 @@ fn general(kind: u32, up: f64, from_sun: f64, sun_zenith: f64) -> f64 {
         let cosine = math::cos(angle);
         1.0 + c * (math::exp(d * angle) - math::exp(d * FRAC_PI_2)) + e * cosine * cosine
     };
+    // Relative to the zenith, which is 1.
     f(from_sun) * phi(up) / (f(sun_zenith) * phi(1.0))
 }
 
@@ -307,6 +313,7 @@ impl Light for Sky {
     fn irradiance(&self, at: &Receiver) -> Color {
         let up = at.normal.y.clamp(-1.0, 1.0);
         let tables = self.tables();
+        // The ground is uniform: a plane sees the share (1 - cosine) / 2 of it.
         let below = tables.horizontal * (self.ground * (1.0 - up) / 2.0) as f32;
         let above = match &tables.irradiance {
             None => Color::grey(((1.0 + up) / 2.0) as f32),
@@ -337,6 +344,7 @@ impl Light for Sky {
 /// A direction before a plane, as often as its cosine with the normal, chosen by two numbers in [0, 1).
 fn cosine_spread(normal: DVec3, choice: DVec2) -> DVec3 {
     let round = choice.x * TAU;
+    // Malley: points spread evenly over a disc, raised to the hemisphere.
     let (across, up) = (choice.y.sqrt(), (1.0 - choice.y).sqrt());
     let (u, v) = normal.any_orthonormal_pair();
     (u * math::cos(round) + v * math::sin(round)) * across + normal * up

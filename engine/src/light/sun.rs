@@ -25,6 +25,7 @@ impl Moment {
         let (date, rest) = text.split_once('T').ok_or_else(|| fault("has no T"))?;
         let at = rest.find(['Z', '+', '-']).ok_or_else(|| fault("has no time zone"))?;
         let (clock, zone) = rest.split_at(at);
+        // Rust's own numbers may also be `1e1`, `inf` and signed; no clock writes these.
         let numbers = |text: &str, by: char| -> Option<Vec<f64>> {
             let is_plain = |part: &str| {
                 !part.is_empty() && part.chars().all(|c| c.is_ascii_digit() || c == '.')
@@ -68,6 +69,8 @@ impl Moment {
         // The day number, counted from the first of March.
         let (y, m) = if month > 2.0 { (year, month) } else { (year - 1.0, month + 12.0) };
         let century = (y / 100.0).floor();
+        // Meeus' formula for the Gregorian calendar. 30.6001 and not 30.6, which rounding could
+        // take below a whole number.
         let julian = (365.25 * (y + 4716.0)).floor() + (30.6001 * (m + 1.0)).floor() + day + 2.0
             - century
             + (century / 4.0).floor()
@@ -91,6 +94,9 @@ pub fn direction(moment: Moment, latitude: f64, longitude: f64, north: f64) -> R
     }
     let n = moment.0;
     let turn = |degrees: f64| degrees.rem_euclid(360.0).to_radians();
+    // The Almanac's low precision formulas: mean longitude and anomaly, then the ellipse's
+    // correction,
+    // then the tilt of the axis.
     let mean = 280.460 + 0.985_647_4 * n;
     let anomaly = turn(357.528 + 0.985_600_3 * n);
     let longitude_of_sun =
@@ -102,6 +108,7 @@ pub fn direction(moment: Moment, latitude: f64, longitude: f64, north: f64) -> R
     let s = math::sin(tilt) * sin;
     let sidereal = turn(280.460_618_37 + 360.985_647_366_29 * n + longitude);
     let hour = sidereal - ascension;
+    // The cosine of the declination.
     let c = (1.0 - s * s).sqrt();
     let (sin_place, cos_place) =
         (math::sin(latitude.to_radians()), math::cos(latitude.to_radians()));

@@ -22,6 +22,8 @@ pub fn black_body(kelvin: f64) -> Result<Color> {
         let length = f64::from(nanometres);
         let metres = length * 1e-9;
         let power =
+            // The second radiation constant, in metre kelvin. The first is a factor that luminance
+            // takes out.
             math::pow(metres, -5.0) / (math::exp(1.438_776_877e-2 / (metres * kelvin)) - 1.0);
         for (sum, seen) in sum.iter_mut().zip(observer(length)) {
             *sum += power * seen;
@@ -86,11 +88,14 @@ impl ClearSky {
                 [0.15346, -0.26756, 0.06670, 0.26688],
             ],
         ];
+        // The fit holds for the day only.
         let angle = math::acos(sun.y.clamp(0.0, 1.0));
         let of = [0, 1].map(|k| {
             let perez = PEREZ[k].map(|(by, plus)| by * TURBIDITY + plus);
             let cubic = |of: [f64; 4]| of.into_iter().fold(0.0, |sum, by| sum * angle + by);
             let zenith = ZENITH[k].into_iter().fold(0.0, |sum, by| sum * TURBIDITY + cubic(by));
+            // Perez' formula is relative: divided by its value at the zenith, which is as far from
+            // the sun as the zenith is.
             (perez, zenith / perez_of(&perez, 1.0, angle))
         });
         ClearSky { sun, of }
@@ -103,12 +108,14 @@ impl ClearSky {
             let (perez, scale) = &self.of[k];
             scale * perez_of(perez, direction.y, from_sun)
         });
+        // From x, y and Y = 1 to X, Y and Z.
         of_luminance_1([x / y, 1.0, (1.0 - x - y) / y])
     }
 }
 
 /// Perez' formula, by the sine of the height above the horizon and the angle from the sun.
 fn perez_of([a, b, c, d, e]: &[f64; 5], up: f64, from_sun: f64) -> f64 {
+    // At the horizon: the limit, as b is below 0.
     let gradation = 1.0 + if up > 0.0 { a * math::exp(b / up) } else { 0.0 };
     let cosine = math::cos(from_sun.min(PI));
     gradation * (1.0 + c * math::exp(d * from_sun) + e * cosine * cosine)

@@ -29,7 +29,10 @@ impl Define {
     fn ones(&self) -> [[DVec2; 2]; 2] {
         let rectangle = |u: [f64; 2], v: [f64; 2]| [DVec2::new(u[0], v[0]), DVec2::new(u[1], v[1])];
         match *self {
+            // The second rectangle is empty: every function has two, so that shares are computed
+            // alike.
             Define::Tiled(joint) => [rectangle([joint, 1.0], [joint, 1.0]), [DVec2::ZERO; 2]],
+            // Two courses of bricks in a canvas, the upper one moved by half of a brick.
             Define::Bricked(joint) => [
                 rectangle([joint, 1.0], [joint / 2.0, 0.5]),
                 rectangle([joint - 0.5, 0.5], [0.5 + joint / 2.0, 1.0]),
@@ -46,8 +49,10 @@ impl Define {
         let ones = self.ones();
         let (right, down) = (footprint.right.length(), footprint.down.length());
         if right.max(down) <= NEAR_CANVASES {
+            // Few canvases: the area of the footprint in each rectangle, exactly.
             return footprint.share_of(&ones);
         }
+        // Many canvases: what single samples miss is far below what a pixel shows.
         let count = |side: f64| (side * SAMPLES).ceil().clamp(SAMPLES, MOST_SAMPLES);
         let (m, n) = (count(right), count(down));
         let mut sum = 0.0;
@@ -86,8 +91,11 @@ impl ReadyDomains {
         ready.path = PathBuf::from(path);
         let known: Vec<u8> = domains.numbers.keys().copied().collect();
         let contents = open::contents(&ready.path);
+        // Two files that are not there must not count as one picture: without contents, the path
+        // tells.
         let absent = contents.is_none().then(|| ready.path.clone());
         let source = |four: &[u8]| {
+            // A last group of fewer than four repeats its last index; nobody reads the repeats.
             let four = std::array::from_fn(|k| four[k.min(four.len() - 1)]);
             let mut key = KeyHasher::new("trigger");
             key.value(&(contents, &absent, &known, four));
@@ -147,6 +155,8 @@ impl ReadyDomains {
         let size = DVec2::new(f64::from(first.size.0), f64::from(first.size.1));
         let texels = (footprint.right * size).length().max((footprint.down * size).length());
         if texels > NEAR {
+            // Indices are names: their mean means nothing. Each has a channel with its share
+            // instead, and shares can be filtered.
             for (four, opened) in shares.chunks_mut(4).zip(opened) {
                 let seen = self.fault.sift(footprint.see(opened, filter, wrap));
                 four.iter_mut().zip(seen.unwrap_or_default()).for_each(|(share, v)| *share = v);
@@ -169,6 +179,8 @@ impl ReadyDomains {
     /// The materials that have any share, with shares that sum to 1: at least one.
     fn there(&self, numbers: Vec<u32>, shares: Vec<f32>) -> Vec<(u32, f32)> {
         let all: f32 = shares.iter().sum();
+        // Each material that is left is shaded by itself. The rest of a filter's tail is not worth
+        // it.
         let there = numbers.into_iter().zip(shares).filter(|(_, share)| *share > 1e-4 * all);
         let there: Vec<(u32, f32)> = there.map(|(number, share)| (number, share / all)).collect();
         if there.is_empty() {

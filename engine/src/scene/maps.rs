@@ -77,6 +77,7 @@ pub(super) fn check(name: &str, map: &Map) -> Result<()> {
     if !map.strength.is_finite() {
         return Err(Error::invalid("`strength` must be finite"));
     }
+    // These may be exaggerated or turned round; a share outside of 0 to 1 would make light.
     let is_share = !matches!(what, What::Normal | What::Bump | What::Reflection);
     if is_share && !(0.0..=1.0).contains(&map.strength) {
         return Err(Error::invalid(format!("`strength` is {}: must be 0 to 1", map.strength)));
@@ -293,6 +294,9 @@ impl Maps {
                 if self.is_cut {
                     seen.alpha *= faded(a);
                 }
+                // Colours come with associated alpha. A decal shows the material beside it: what is
+                // missing is white, which changes nothing. Elsewhere the picture's own colour
+                // counts, wherever it is transparent.
                 let is_decal = map.mapping.wrap.contains(&Wrap::Nothing) && !self.is_cut;
                 let texel = if is_decal {
                     [r, g, b].map(|v| v + (1.0 - a))
@@ -311,12 +315,14 @@ impl Maps {
                 let [x, y, z, _] = texel().map(|v| f64::from(v * 2.0 - 1.0));
                 let lean = f64::from(strength);
                 if let Some([right, up]) = self.tangents(map, at, seen.normal) {
+                    // A z below 0 would look into the surface.
                     let normal = right * (x * lean) + up * (y * lean) + seen.normal * z.max(0.0);
                     seen.normal = normal.try_normalize().unwrap_or(seen.normal);
                 }
             }
             What::Bump => {
                 let height = |moved: DVec3| f64::from(sample(at.footprint(map, moved))[0]);
+                // Blinn (1978): the normal leans away from where heights grow.
                 let slope = self.slope(map, picture, at, &height);
                 let normal = seen.normal - slope * f64::from(strength);
                 seen.normal = normal.try_normalize().unwrap_or(seen.normal);
@@ -388,6 +394,7 @@ impl Maps {
     /// The unit directions to the right and upwards of a picture, across a normal.
     fn tangents(&self, map: &Map, at: &At<'_>, normal: DVec3) -> Option<[DVec3; 2]> {
         let axes = Maps::plane(at);
+        // By about a pixel: much shorter steps would be lost in rounding, far from the origin.
         let step = at.steps[0].length().max(at.steps[1].length()).max(1e-9);
         let middle = at.footprint(map, DVec3::ZERO).at;
         let [a, b] = axes.map(|axis| (at.footprint(map, axis * step).at - middle) / step);
@@ -398,6 +405,7 @@ impl Maps {
         // The inverse of what takes steps on the face to places of the picture.
         let right = (axes[0] * b.y - axes[1] * a.y) / area;
         let up = (axes[1] * a.x - axes[0] * b.x) / area;
+        // Brought to the tangent plane of the smooth normal, not of the face.
         let across = |way: DVec3| (way - normal * way.dot(normal)).try_normalize();
         Some([across(right)?, across(up)?])
     }
@@ -415,6 +423,7 @@ impl Maps {
         let pixel = at.steps[0].length().max(at.steps[1].length());
         let texel = match (picture, &map.picture) {
             (Some(picture), _) => DVec2::new(f64::from(picture.size.0), f64::from(picture.size.1)),
+            // A wave has no texels. A sixty-fourth of its length is fine enough for its slope.
             (None, Picture::Wave(right, up)) => DVec2::new(*right, *up).abs() * 64.0,
             (None, _) => DVec2::ONE,
         };
@@ -457,6 +466,7 @@ fn around(direction: DVec3, moves: [DVec3; 2]) -> Footprint {
     let at = place(direction);
     let [right, down] = moves.map(|step| {
         let step = place(direction + step) - at;
+        // Across the seam behind, u jumps by 1.
         DVec2::new(step.x - step.x.round(), step.y)
     });
     Footprint { at, right, down }

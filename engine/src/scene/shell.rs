@@ -79,8 +79,7 @@ pub(super) fn examine(
     }
     found(pieces.count() > 1, ShellFault::InPieces);
     found(is_turned, ShellFault::TurnedFaces);
-    // A volume has a meaning, and a crossing is one, only if the shell is closed and its faces
-    // agree.
+    // An open shell has no volume, and one at odds with itself no inside.
     if faults.is_empty() {
         let outlines = || faces.iter().map(|rings| rings.iter().map(|ring| volume(ring, points)));
         let volume: f64 = outlines().flatten().sum();

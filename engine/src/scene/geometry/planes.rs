@@ -30,8 +30,7 @@ pub(super) fn shared(mesh: &Mesh) -> (Vec<Support>, Vec<u32>) {
         true => 0.0,
         false => *reaches.select_nth_unstable_by(middle, f64::total_cmp).1,
     };
-    // Much wider than the tolerance, so that a plane is seldom near a border. The floor keeps
-    // offsets finite when all points are one.
+    // Much wider than the tolerance, so that a plane is seldom near a border; and never 0.
     let width = (usual * COPLANARITY * 1e4).max(1e-300);
     let mut supports: Vec<Support> = Vec::new();
     let mut support_of = Vec::with_capacity(mesh.face_count());

@@ -27,6 +27,7 @@ pub(super) fn turn(strips: &[Strip], segments: u32, angle: f64) -> Result<Mesh> 
     let mut mesh = Mesh::default();
     let full = angle == 360.0;
     let at = |i: u32| {
+        // After a whole turn the sine is not quite 0 again; the first column is taken anew.
         let i = if full { i % segments } else { i };
         let angle = (f64::from(i) / f64::from(segments) * angle).to_radians();
         (math::cos(angle), -math::sin(angle))
@@ -51,6 +52,7 @@ pub(super) fn turn(strips: &[Strip], segments: u32, angle: f64) -> Result<Mesh> 
                 mesh.add_polygon(&[a, c, d], None)?;
             } else if strip.to[0] == 0.0 {
                 mesh.add_polygon(&[a, b, c], None)?;
+            // Only upright walls have normals that are affine over a quadrilateral.
             } else if strip.from[0] == strip.to[0] && strip.normals[0] == strip.normals[1] {
                 mesh.add_polygon(&[a, b, c, d], None)?;
             } else {
@@ -83,6 +85,7 @@ pub(super) fn revolve(
     for pair in profile.windows(2) {
         let along = DVec3::new(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1], 0.0);
         if let Some(along) = along.try_normalize() {
+            // A profile runs upwards, so its outside is on its right.
             strips.push(Strip::straight(pair[0], pair[1], [along.y, -along.x]));
         }
     }
@@ -136,7 +139,9 @@ pub(super) fn sweep(
         let half = (ahead + behind).try_normalize().unwrap_or(ahead);
         let right = half.cross(DVec3::Y).try_normalize().unwrap_or(DVec3::X);
         let up = right.cross(half);
+        // At sharp corners the mitre would grow without end.
         let miter = 1.0 / half.dot(ahead).max(0.1);
+        // Only the axis in the plane of the bend is stretched.
         let bends_sideways = (ahead - behind).dot(right).abs() >= (ahead - behind).dot(up).abs();
         let (wide, tall) = if bends_sideways { (miter, 1.0) } else { (1.0, miter) };
         for [u, v] in profile {
@@ -172,6 +177,7 @@ pub(super) fn grid_normals(points: &[DVec3], columns: usize) -> Vec<Vec3> {
             let i = r * columns + c;
             for corner in [[i, i + columns, i + 1], [i + 1, i + columns, i + columns + 1]] {
                 let [a, b, d] = corner.map(|k| points[k]);
+                // Its length is twice the triangle's area, so large triangles count for more.
                 let normal = (b - a).cross(d - a);
                 corner.into_iter().for_each(|k| sums[k] += normal);
             }

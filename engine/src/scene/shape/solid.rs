@@ -14,6 +14,7 @@ pub(super) fn cuboid(size: [f64; 3]) -> Result<Mesh> {
     let [x, y, z] =
         [positive("size.0", size[0])?, positive("size.1", size[1])?, positive("size.2", size[2])?];
     let (x, z) = (x / 2.0, z / 2.0);
+    // A box has no code of its own: its faces come in the order of a prism's.
     prism(&[[-x, -z], [x, -z], [x, z], [-x, z]], &[], y)
 }
 
@@ -34,6 +35,7 @@ pub(super) fn prism(outline: &[[f64; 2]], holes: &[Vec<[f64; 2]>], height: f64) 
         // and shafts clockwise, so that all walls face the open.
         let clockwise = signed_area(ring) > 0.0;
         let mut corners: Vec<[f64; 2]> = ring.to_vec();
+        // Whatever way round they were given.
         if clockwise == (at == 0) {
             corners.reverse();
         }
@@ -83,6 +85,7 @@ pub(super) fn frustum(
         flat_frustum(&mut mesh, radius, top, height, segments)?;
         return Ok(mesh);
     }
+    // Across the side: (top - radius, height) turned by a quarter.
     let slant = DVec3::new(height, radius - top, 0.0).normalize();
     let side = Strip::straight([radius, 0.0], [top, height], [slant.x, slant.y]);
     let mut strips = vec![side];
@@ -108,6 +111,7 @@ fn flat_frustum(mesh: &mut Mesh, radius: f64, top: f64, height: f64, segments: u
     let at = |ring: &[u32], i: usize| ring[i % ring.len()];
     for i in 0..segments as usize {
         let mut quad = vec![at(&low, i), at(&low, i + 1), at(&high, i + 1), at(&high, i)];
+        // At the tip of a cone two corners are one.
         quad.dedup();
         if quad.first() == quad.last() {
             quad.pop();
@@ -131,6 +135,8 @@ pub(super) fn sphere(radius: f64, segments: u32) -> Result<Mesh> {
     let rings = (segments / 2).max(2);
     let angle = |i: u32| (f64::from(i) / f64::from(rings) - 0.5) * std::f64::consts::PI;
     let normal = |i: u32| match i {
+        // Exact at the poles, where the cosine of a rounded angle is not 0: triangles end in one
+        // point.
         0 => [0.0, -1.0],
         i if i == rings => [0.0, 1.0],
         i => [math::cos(angle(i)), math::sin(angle(i))],
@@ -154,6 +160,7 @@ pub(super) fn torus(radius: f64, tube: f64, segments: u32) -> Result<Mesh> {
     within("segments", segments, 3..=MAX_SEGMENTS)?;
     let rings = (segments / 2).max(3);
     let normal = |i: u32| {
+        // The last ring is the first, bit for bit: the torus is closed.
         let angle = f64::from(i % rings) / f64::from(rings) * std::f64::consts::TAU;
         [math::cos(angle), math::sin(angle)]
     };

@@ -59,6 +59,7 @@ pub(super) fn displaced(
     }
     let n = 1usize << levels;
     let mut heights = vec![vec![0.0; n + 1]; n + 1];
+    // By place and not by turn: the order of the loops does not show.
     let random = |x: usize, z: usize| scatter(seed, x as u64, z as u64) * 2.0 - 1.0;
     for (x, z) in [(0, 0), (n, 0), (0, n), (n, n)] {
         heights[z][x] = random(x, z) * height;
@@ -77,12 +78,14 @@ pub(super) fn displaced(
             sum / count
         };
         let h = half as isize;
+        // Diamonds: the middle of each square, from its corners.
         for z in (half..n).step_by(step) {
             for x in (half..n).step_by(step) {
                 let corners = [(-h, -h), (h, -h), (-h, h), (h, h)];
                 heights[z][x] = mean(&heights, &corners, x, z) + random(x, z) * amplitude;
             }
         }
+        // Squares: the middle of each side, from the two or three or four points around it.
         for z in (0..=n).step_by(half) {
             let odd = (z / half).is_multiple_of(2);
             for x in (if odd { half } else { 0 }..=n).step_by(step) {

@@ -122,6 +122,7 @@ impl SceneSurfaces {
         let is_divided = self.domains[number as usize].is_some();
         let number = bundle.unwrap_or(number);
         let material = &self.scene.materials[number as usize];
+        // A drawn edge is ink: no picture, no light.
         let maps = self.maps[number as usize].as_ref().filter(|_| edge.is_none());
         let maps = maps.map(|maps| (number, maps));
         let (color, alpha, unlit) = match edge {
@@ -132,6 +133,7 @@ impl SceneSurfaces {
         let place = &self.places[at];
         let front = instance.geometry.normal(face);
         let carries = !(mesh.colors.is_empty() && mesh.normals.is_empty())
+            // Without a picture nobody asks for texture coordinates, and most faces need no frame.
             || ((maps.is_some() || is_divided) && !mesh.uvs.is_empty());
         let interpolates = edge.is_none() && carries;
         let frame = interpolates.then(|| Frame::new(mesh, mesh.outline(face), front));
@@ -185,6 +187,7 @@ impl CommonLook<'_> {
             if !mesh.normals.is_empty() {
                 let mixed: Vec3 =
                     corners.iter().zip(weights).map(|(c, w)| mesh.normals[*c] * w).sum();
+                // Normals that cancel each other, or are 0 in the file, leave the face's own.
                 normal = (self.place.1 * mixed.as_dvec3()).try_normalize().unwrap_or(self.normal);
             }
         }
@@ -219,14 +222,17 @@ impl Surfaces for SceneSurfaces {
         for i in 0..fragments.len() {
             let (ordinal, sees_front) = (fragments.ordinal[i], fragments.sees_front[i]);
             let bundle = fragments.bundle.get(i).copied().flatten();
+            // Fragments of one face stand together, so the last look mostly holds.
             let (_, look) = match last.take().filter(|(known, _)| *known == (ordinal, bundle)) {
                 Some(known) => last.insert(known),
                 None => last.insert(((ordinal, bundle), self.look(ordinal, sees_front, bundle))),
             };
+            // A plain face looks the same everywhere: its points in the world need not be computed.
             let is_alike = look.frame.is_none() && look.maps.is_none() && !local && !uv;
             let world = if is_alike { DVec3::ZERO } else { fragments.point(i) };
             if local || uv {
                 let point = look.place.0.transform_point3(world);
+                // The mean of the three axes, where they are stretched differently.
                 let scale = look.place.0.matrix3.determinant().abs().cbrt();
                 if local {
                     fragments.local.push(Local { point, scale });
@@ -245,6 +251,7 @@ impl Surfaces for SceneSurfaces {
             let mut seen = look.at(world);
             let shown = fragments.shown.get(i).copied().flatten();
             if let Some(shown) = &shown {
+                // What was read ahead for a whole set of pictures is not read again.
                 (seen.color, seen.alpha) = (shown.color, shown.alpha);
                 seen.finish = shown.finish.unwrap_or(seen.finish);
             } else if let Some((number, maps)) = look.maps {
@@ -304,6 +311,7 @@ impl Surfaces for SceneSurfaces {
             let material = instance.material_of(sides, front) as usize;
             self.scene.materials[material].finish.shines()
         };
+        // Either side may be seen, and the answer must hold for both.
         if shines(true) || shines(false) {
             varying = varying | Columns::FINISH;
         }
@@ -318,6 +326,7 @@ impl Surfaces for SceneSurfaces {
             let number = instance.material_of(sides, front) as usize;
             varying = varying | self.maps[number].as_ref().map_or(Columns::NONE, Maps::varying);
             let Some(ready) = &self.domains[number] else { continue };
+            // Bundles differ from each other even if each is plain.
             varying = varying | Columns::COLOR | Columns::FINISH | Columns::NORMAL;
             let mut bundles = ready.domains.bundles().map(|b| &self.scene.materials[b as usize]);
             if bundles.any(|bundle| bundle.finish.optics.is_some()) {
@@ -396,6 +405,7 @@ impl Scene {
     pub fn is_culled(&self, instance: &Instance, face: usize, sees_front: bool) -> bool {
         let sides = instance.geometry.mesh().sides(face);
         let number = instance.material_of(sides, sees_front);
+        // A back with a material of its own is there to be seen.
         !sees_front && sides.back == Back::Same && self.materials[number as usize].one_sided
     }
 
@@ -428,6 +438,7 @@ impl Scene {
             return false;
         }
         let vertex = |corner: &u32| mesh.colors.get(*corner as usize).is_some_and(|c| c[3] < 1.0);
+        // A texture's alpha is not asked here: `is_cut` stands for it.
         material.alpha < 1.0 || mesh.outline(face).iter().any(vertex)
     }
 }
@@ -447,6 +458,8 @@ impl Instance {
 /// object's fronts stay fronts.
 pub fn normal_matrix(matrix: &DMat3) -> DMat3 {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *matrix;
+    // They are the inverse transposed times the determinant. Unlike the inverse, they exist for
+    // flattened objects too.
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
     if matrix.determinant() < 0.0 { cofactors * -1.0 } else { cofactors }
 }

@@ -28,6 +28,7 @@ impl RayTarget for SceneSurfaces {
         let point = self.places[at].0.transform_point3(point);
         let normal = instance.geometry.normal(face_of_mesh);
         let mut found = face;
+        // Later seals lie over earlier ones: the last that contains the point is seen.
         for (number, part) in (face..).zip(instance.geometry.parts_of(face_of_mesh)) {
             if let Part::Seal(i) = part {
                 let outline = &mesh.seals(face_of_mesh)[i as usize].outline;
@@ -52,6 +53,8 @@ impl Scene {
             let base = builder.points(mesh.points.iter().map(|p| world.transform_point3(*p)));
             let opacities: Vec<f32> =
                 (0..mesh.face_count()).map(|face| self.opacity(instance, face)).collect();
+            // Only what is closed and opaque everywhere lets no light in, so that rays may be
+            // spared.
             let is_opaque = opacities.iter().all(|opacity| *opacity == 1.0);
             let body = match geometry.body() {
                 turns if is_opaque && turns != 0 => {
@@ -59,12 +62,15 @@ impl Scene {
                     let low = points.clone().fold(DVec3::INFINITY, DVec3::min);
                     let number = builder.body(low, points.fold(DVec3::NEG_INFINITY, DVec3::max));
                     let is_mirrored = world.matrix3.determinant() < 0.0;
+                    // A mirrored place turns the inside out.
                     if is_mirrored == (turns > 0) { -number } else { number }
                 }
                 _ => 0,
             };
             let turned = normal_matrix(&world.matrix3);
             for (face, opacity) in opacities.into_iter().enumerate() {
+                // Shadows and the picture must agree on where such a face lies: on the plane that
+                // is drawn.
                 let plane = geometry.left_plane(face).map(|Support { normal, point }| {
                     let normal = (turned * normal).normalize_or_zero();
                     builder.plane(normal, world.transform_point3(point))
@@ -100,6 +106,7 @@ impl Scene {
         let varies =
             is_cut || blends && mesh.outline(face).iter().any(|corner| alpha(corner) != 1.0);
         match (front.opacity(), back.opacity()) {
+            // Light falls on either side, and the answer must not depend on which.
             (front, back) if varies || front != back => f32::NAN,
             (opacity, _) => opacity,
         }
