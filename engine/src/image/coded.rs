@@ -124,6 +124,7 @@ impl Coded {
     pub fn code(&self, at: usize) -> [u16; 4] {
         match &self.codes {
             Codes::Words(codes) => self.layout.pixel(codes, at, u16::MAX),
+            // 255 becomes 65535: a byte written twice.
             Codes::Bytes(codes) => self.byte(codes, at).map(|v| u16::from(v) * 257),
         }
     }
@@ -161,6 +162,7 @@ impl Coded {
                 (self.coding.linear([r, g, b]), share(a))
             }
         };
+        // Linear first: a product of codes is no code of a product.
         [r * alpha, g * alpha, b * alpha, alpha]
     }
 

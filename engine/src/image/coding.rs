@@ -25,6 +25,7 @@ impl Curve {
     fn new(linear: impl Fn(f32) -> f32) -> Curve {
         let words: Arc<[f32]> =
             (0..=u16::MAX).map(|code| linear(f32::from(code) / f32::from(u16::MAX))).collect();
+        // Both tables agree at codes that both have.
         let bytes = words.iter().step_by(257).copied().collect();
         Curve { bytes, words }
     }
@@ -144,6 +145,7 @@ impl Coding {
             // As far as 8 bits tell.
             let near = |byte: usize| {
                 let (a, b) = (own.evaluate_value(byte as f32 / 255.0), SRGB.bytes[byte]);
+                // Profiles of sRGB round its curve in many ways: all are to take the quick way.
                 (a - b).abs() < 1.0 / 512.0 * b.max(0.05)
             };
             let is_srgb = (0..256).all(near);
@@ -170,6 +172,7 @@ impl Coding {
                     xyz(profile.green_colorant),
                     xyz(profile.blue_colorant),
                 );
+                // Colorants of profiles are adapted to D50 already.
                 let matrix = xyz_to_rec_709(D50) * to_xyz;
                 if !matrix.is_finite() || matrix.determinant().abs() < 1e-9 {
                     return Err(format!("\"{name}\" has primaries that span no colours"));

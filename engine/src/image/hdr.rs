@@ -92,6 +92,7 @@ fn header(path: &Path, bytes: &[u8]) -> Result<Header> {
             return Ok(made);
         }
         at += end + 1;
+        // Lines without `=` are the magic word and commands. An empty one ends the header.
         let Some((name, value)) = line.split_once('=') else {
             is_resolution = line.is_empty();
             continue;
@@ -103,6 +104,7 @@ fn header(path: &Path, bytes: &[u8]) -> Result<Header> {
                 "32-bit_rle_xyze" => made.is_xyz = true,
                 _ => return Err(wrong("a format that is not known")),
             },
+            // Each program that changes a picture adds a line: they multiply.
             ("EXPOSURE", Some([exposure])) if *exposure > 0.0 => made.factor *= *exposure,
             ("COLORCORR", Some([r, g, b])) if r.min(*g).min(*b) > 0.0 => {
                 made.factor *= DVec3::new(*r, *g, *b);
@@ -146,6 +148,7 @@ pub(super) fn start<'b>(path: &Path, bytes: &'b [u8]) -> Result<Started<'b>> {
     let matrix = match (header.is_xyz, own) {
         (true, _) => {
             notes.push("its colours are X, Y and Z: converted".to_owned());
+            // Radiance's white is that of equal energy.
             Some(xyz_to_rec_709(DVec3::ONE))
         }
         (false, Some(own)) => {
@@ -157,6 +160,7 @@ pub(super) fn start<'b>(path: &Path, bytes: &'b [u8]) -> Result<Started<'b>> {
     };
     let name = path.to_owned();
     let decode = move || -> Result<Pixels> {
+        // The library knows this way round only, and would take EXPOSURE for its own business.
         let plain = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {count} +X {length}\n");
         let rows = Cursor::new(plain.into_bytes()).chain(&bytes[header.start..]);
         let wrong = |error| fault(&name, Format::Hdr, &error);

@@ -39,6 +39,7 @@ pub(super) fn write(
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(ColorType::Rgba);
     encoder.set_depth(if bits == 16 { BitDepth::Sixteen } else { BitDepth::Eight });
+    // Without it some viewers guess a gamma.
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     encoder.set_compression(png::Compression::Balanced);
     let mut writer = encoder.write_header().map_err(fault)?;
@@ -50,6 +51,7 @@ pub(super) fn write(
         for ([r, g, b, a], (x, y)) in image.pixels_of(rows).zip(places) {
             let (x, y) = (image.window.x + x, image.window.y + y);
             let alpha = if a > 0.0 { a.min(1.0) } else { 0.0 };
+            // PNG has straight alpha, and colours are coded after the division.
             let straight = if alpha > 0.0 { 1.0 / alpha } else { 0.0 };
             let [r, g, b] = [r, g, b].map(|v| encode_srgb(v * straight));
             for (channel, v) in [r, g, b, alpha].into_iter().enumerate() {
@@ -97,6 +99,7 @@ pub(super) fn start<'b>(path: &Path, bytes: &'b [u8]) -> Result<Started<'b>> {
         let row = u64::from(info.width) * info.bits_per_pixel() as u64 / 8;
         (info.color_type == ColorType::Indexed, row * u64::from(info.height), info.size())
     };
+    // Before any memory is taken: a head may claim anything.
     if packed / MOST_DEFLATED > bytes.len() as u64 {
         return Err(too_small(path, size, bytes));
     }
@@ -182,6 +185,7 @@ fn unpacked(rows: &[u8], (width, height): (u32, u32), bits: u32) -> Vec<u8> {
     let mut numbers = Vec::with_capacity(width as usize * height as usize);
     for row in rows.chunks_exact(row) {
         numbers.extend((0..width).map(|x| {
+            // The leftmost pixel is in the high bits.
             let shift = 8 - bits - x % per_byte * bits;
             (row[(x / per_byte) as usize] >> shift) & ((1u16 << bits) - 1) as u8
         }));

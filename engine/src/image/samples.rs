@@ -139,6 +139,7 @@ impl Samples {
                 KeptSamples::Coded(coded, channel) => Samples::Float(
                     places
                         .iter()
+                        // Codes have no transparent pixel to put in, so these become numbers.
                         .map(|at| at.map_or(0.0, |at| coded.linear(at)[*channel]))
                         .collect(),
                 ),
@@ -209,6 +210,7 @@ impl PartialEq for Samples {
             (Samples::Id(own), Samples::Id(others)) => own == others,
             (Samples::Id(_), _) | (_, Samples::Id(_)) => false,
             (own, others) => {
+                // NaN is unequal to itself here too.
                 own.len() == others.len()
                     && (0..own.len()).all(|at| own.number(at) == others.number(at))
             }

@@ -338,7 +338,7 @@ impl Light for Panorama {
         let u = if own > 0.0 { (wanted - (sums[x] - own)) / own } else { 0.5 };
         let direction = self.direction(x as f64 + u.clamp(0.0, 1.0), y as f64 + v);
         let color = self.colors[y * width + x];
-        // Per solid angle: a pixel's light over its solid angle is its brightness, which cancels.
+        // Per solid angle: a pixel is chosen by its light, over its solid angle that is its colour.
         let density = grey(color) * choices.shares[cell] / choices.all();
         let cosine = at.normal.dot(direction).max(0.0);
         let lux = if density > 0.0 { cosine / density } else { 0.0 };

@@ -94,8 +94,7 @@ impl ClearSky {
             let perez = PEREZ[k].map(|(by, plus)| by * TURBIDITY + plus);
             let cubic = |of: [f64; 4]| of.into_iter().fold(0.0, |sum, by| sum * angle + by);
             let zenith = ZENITH[k].into_iter().fold(0.0, |sum, by| sum * TURBIDITY + cubic(by));
-            // Perez' formula is relative: divided by its value at the zenith, which is as far from
-            // the sun as the zenith is.
+            // Perez' formula is relative: divided by its value at the zenith, `angle` from the sun.
             (perez, zenith / perez_of(&perez, 1.0, angle))
         });
         ClearSky { sun, of }

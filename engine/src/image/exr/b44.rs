@@ -67,6 +67,8 @@ pub(super) fn unpacked(header: &Header, bounds: IntegerBounds, packed: &[u8]) ->
             for y in (0..height).step_by(4) {
                 for x in (0..width).step_by(4) {
                     let head = take(3)?;
+                    // B44A's blocks of one value take 3 bytes. A shift of 13 or more marks them, as
+                    // no other has it.
                     let samples = if head[2] >= 13 << 2 {
                         [u16::from_be_bytes([head[0], head[1]]); 16]
                     } else {
@@ -77,6 +79,7 @@ pub(super) fn unpacked(header: &Header, bounds: IntegerBounds, packed: &[u8]) ->
                     };
                     for (k, sample) in samples.into_iter().enumerate() {
                         let (x, y) = (x + k % 4, y + k / 4);
+                        // Blocks at the right and the bottom are filled up by repeats.
                         if x < width && y < height {
                             let bits = half_of(sample);
                             let bits = if channel.quantize_linearly { linear(bits) } else { bits };

@@ -71,6 +71,8 @@ fn end_of_headers(bytes: &[u8], is_multi_part: bool) -> Option<usize> {
         let length = bytes.get(at..)?.iter().take(4096).position(|byte| *byte == 0)?;
         Some(at + length + 1)
     };
+    // Behind the magic number and the version. A header is a list of name, type, size and value,
+    // which an empty name ends; one more empty name ends the headers of several parts.
     let mut at = 8;
     loop {
         if *bytes.get(at)? == 0 {
@@ -92,7 +94,10 @@ impl<'b> File<'b> {
         let end = end
             .ok_or_else(|| Error::in_file(path, "not a sound OpenEXR file: its head breaks off"))?;
         let chunks = meta.headers.iter().fold(0usize, |sum, h| sum.saturating_add(h.chunk_count));
+        // The table of offsets is passed over: programs that stop in between leave it empty, and
+        // chunks say themselves where they belong.
         let first = end.saturating_add(chunks.saturating_mul(8));
+        // A head of a few bytes must not make us take memory for pictures that cannot be there.
         let mut packed = 0.0;
         for header in &meta.headers {
             let Vec2(width, height) = header.layer_size;
@@ -205,6 +210,7 @@ impl<'b> File<'b> {
                 next += 4;
                 Some(i32::from_le_bytes(four.try_into().ok()?))
             };
+            // Only chunks of several parts begin with the number of theirs.
             let own = if is_multi_part { number().ok_or_else(breaks_off)? } else { 0 };
             let own = usize::try_from(own).ok().filter(|own| *own < self.meta.headers.len());
             let own = own.ok_or_else(|| wrong("a chunk of a part that is not there"))?;
@@ -245,6 +251,7 @@ impl<'b> File<'b> {
                 let bounds = header.get_absolute_block_pixel_coordinates(tile);
                 let bounds = bounds.map_err(|e| wrong(&e.to_string()))?;
                 bounds.validate(Some(header.layer_size)).map_err(|e| wrong(&e.to_string()))?;
+                // A chunk that comes twice must not stand for one that is missing.
                 if known.insert((tile.tile_index.0, tile.tile_index.1)) {
                     found.push((bounds, packed));
                 }
@@ -282,6 +289,7 @@ fn unpacked(header: &Header, bounds: IntegerBounds, packed: &[u8]) -> exr::error
                 .sum::<usize>()
         })
         .sum();
+    // A chunk that would not become smaller is stored as it is.
     let is_b44 = matches!(header.compression, Compression::B44 | Compression::B44A);
     if is_b44 && packed.len() < bytes {
         let broken = || exr::error::Error::Invalid("a chunk breaks off".into());
@@ -308,6 +316,7 @@ fn lay(
     for y in top..top + bounds.size.1 {
         for (number, channel) in header.channels.list.iter().enumerate() {
             let Vec2(across, down) = channel.sampling;
+            // Rows between those that a subsampled channel has hold nothing of it.
             if !y.is_multiple_of(down) {
                 continue;
             }

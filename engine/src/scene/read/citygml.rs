@@ -127,6 +127,7 @@ impl<'x> Found<'x> {
         let at = *self.known.entry((surface.lod, surface.polygon.id())).or_insert(next);
         match self.list.get_mut(at) {
             Some(known) => {
+                // A solid refers to the walls that `boundedBy` tells the kind of, in either order.
                 known.kind = known.kind.or(surface.kind);
                 known.shell = known.shell.or(surface.shell);
             }
@@ -296,6 +297,7 @@ impl<'x, 'r> Converter<'x, 'r> {
         let mut parts = Vec::new();
         let mut attributes = Map::new();
         self.properties(node, None, (&mut found, &mut parts, &mut attributes), depth)?;
+        // References let a small file name its surfaces again and again.
         self.room = self.room.checked_sub(found.list.len()).ok_or_else(|| {
             self.fault(node, "objects refer to each other's surfaces without an end")
         })?;
@@ -401,6 +403,7 @@ impl<'x, 'r> Converter<'x, 'r> {
         let deeper = |is_turned, shell| Looking { is_turned, shell, depth: depth + 1, ..looking };
         if let Some(reference) = attribute(node, "href") {
             match self.ids.get(target(reference)).copied() {
+                // Once for a property: references may lead in a circle.
                 Some(there) if followed.insert(there.id()) => {
                     return self.surfaces(there, deeper(is_turned, shell), found, followed);
                 }
@@ -413,6 +416,7 @@ impl<'x, 'r> Converter<'x, 'r> {
             found.add(Surface { lod, kind, polygon: node, is_turned, shell });
             return Ok(());
         }
+        // Two of them within each other turn it back.
         if name(node) == "OrientableSurface" && attribute(node, "orientation") == Some("-") {
             is_turned = !is_turned;
         }
@@ -422,6 +426,7 @@ impl<'x, 'r> Converter<'x, 'r> {
             shell = Some((self.solids, 0));
         }
         for child in node.children().filter(Node::is_element) {
+            // Polygons have an `interior` too, which is a hole.
             if let Some((solid, inner)) = shell.filter(|_| is_solid && name(child) == "interior") {
                 shell = Some((solid, inner + 1));
             }

@@ -58,6 +58,7 @@ impl Solid {
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let head = open::head(bytes);
     let begins = head.trim_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case("solid"));
+    // Many binary files begin with "solid" too: their length is the surer sign.
     let solids = if !is_binary(bytes) && begins && !head.contains('\0') {
         let text = reader.text(bytes)?;
         ascii(reader, &text)?
@@ -109,6 +110,7 @@ fn binary(reader: &mut Reader, bytes: &[u8]) -> Result<Solid> {
             return Err(Error::at_byte(&reader.path, byte, message));
         }
         solid.add(&corners).map_err(|e| reader.fault(e.to_string()))?;
+        // The format calls the last two bytes an attribute count, and gives them no other meaning.
         colored += usize::from(triangle[48..] != [0, 0]);
     }
     if colored > 0 {
@@ -132,6 +134,7 @@ fn ascii(reader: &mut Reader, text: &str) -> Result<Vec<Solid>> {
         watch.check()?;
         while let Some(word) = words.next() {
             let mut lower = word.to_ascii_lowercase();
+            // Some writers put a blank into `end facet`.
             if lower == "end" {
                 lower.push_str(&words.next().unwrap_or_default().to_ascii_lowercase());
             }
@@ -161,6 +164,7 @@ fn ascii(reader: &mut Reader, text: &str) -> Result<Vec<Solid>> {
                     corners.clear();
                     in_facet = false;
                 }
+                // Its name may be any words, `facet` among them.
                 "endsolid" if in_solid && !in_facet => {
                     in_solid = false;
                     break;

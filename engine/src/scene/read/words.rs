@@ -31,6 +31,7 @@ pub(super) fn statements<'t>(path: &'t Path, text: &'t str) -> impl Iterator<Ite
         loop {
             let stop = from[end..].find('\n').map_or(from.len(), |at| end + at);
             let line = &from[end..stop];
+            // A backslash that ends a comment is a path of Windows, not a line that goes on.
             if stop == from.len() || !line.ends_with('\\') || comment(line).is_some() {
                 end = stop;
                 break;

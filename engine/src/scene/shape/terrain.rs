@@ -85,7 +85,7 @@ pub(super) fn displaced(
                 heights[z][x] = mean(&heights, &corners, x, z) + random(x, z) * amplitude;
             }
         }
-        // Squares: the middle of each side, from the two or three or four points around it.
+        // Squares: the middle of each side, from the three or four points around it.
         for z in (0..=n).step_by(half) {
             let odd = (z / half).is_multiple_of(2);
             for x in (if odd { half } else { 0 }..=n).step_by(step) {

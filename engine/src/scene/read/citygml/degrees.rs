@@ -48,6 +48,7 @@ pub(super) fn flat(
     }
     let origin = options.origin.take().unwrap_or_else(|| {
         let [latitude, longitude] =
+            // Rounded to some ten metres, so that it can be typed for other files.
             bounds.map(|(low, high)| ((low + high) / 2.0 * 1e4).round() / 1e4);
         reader.note(format!(
             "its positions are in degrees; its origin is at latitude {latitude}, longitude {longitude}: \
@@ -56,6 +57,7 @@ pub(super) fn flat(
         [latitude, longitude, 0.0]
     });
     reader.degrees = Some(origin);
+    // East, north and up at the origin, in axes from the earth's middle.
     let axes = {
         let (north, east) = (turn(origin[0]), turn(origin[1]));
         DMat3::from_cols(
@@ -67,6 +69,8 @@ pub(super) fn flat(
     let middle = on_ellipsoid(origin[0], origin[1]);
     let place = |[latitude, longitude, height]: &[f64; 3]| {
         let off = axes.transpose() * (on_ellipsoid(*latitude, *longitude) - middle);
+        // Heights are taken as they are. On the plane itself the earth's curve would sink what is
+        // far: 8 cm at 1 km.
         [off.x, off.y, height - origin[2]]
     };
     Ok(positions.iter().map(place).collect())

@@ -69,6 +69,7 @@ impl<'x> Converter<'x, '_> {
                 shell.push(json!(outlines));
                 kinds_here.push(json!(surface.kind.map(|_| kinds.len())));
                 kinds.extend(surface.kind.map(|kind| json!({ "type": kind })));
+                // The nearest that is painted: the polygon itself, or the surface around it.
                 let mut above =
                     surface.polygon.ancestors().filter_map(|node| attribute(node, "id"));
                 looks_here.push(json!(above.find_map(|id| self.painted.get(id))));
@@ -149,6 +150,7 @@ impl<'x> Converter<'x, '_> {
                 outline.push(vertex);
             }
         }
+        // GML closes rings by their first position.
         if outline.len() > 1 && outline.first() == outline.last() {
             outline.pop();
         }
@@ -163,6 +165,7 @@ impl<'x> Converter<'x, '_> {
             outline.reverse();
             places.reverse();
         }
+        // As CityJSON has it: the picture's number before the places.
         places.insert(0, fits.map(|(picture, ..)| picture));
         Ok((outline, places))
     }

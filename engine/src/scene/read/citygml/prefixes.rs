@@ -36,6 +36,7 @@ pub(super) fn not_city_gml(reader: &Reader, error: &roxmltree::Error, added: &Ad
 pub(super) fn declared<'t>(reader: &mut Reader, text: &'t str) -> Result<(Cow<'t, str>, Added)> {
     let (mut text, mut added) = (Cow::Borrowed(text), Added::default());
     for _ in 0..MOST_PREFIXES {
+        // The parser tells one prefix at a time, so each is declared and the text parsed again.
         let (prefix, place) = match Tree::parse(&text) {
             Err(roxmltree::Error::UnknownNamespace(prefix, place)) => (prefix, place),
             _ => break,

@@ -47,6 +47,7 @@ pub(super) fn near(levels: &BTreeSet<Level>, wanted: Level) -> Option<Level> {
     if levels.contains(&wanted) {
         return Some(wanted);
     }
+    // The refinements 2.0 to 2.3 are those of Biljecki, Ledoux and Stoter (2016).
     let most = if wanted.0 % 100 == 0 { Level(wanted.0 + 99) } else { wanted };
     levels.range(..=most).next_back().or_else(|| levels.first()).copied()
 }

@@ -31,6 +31,7 @@ impl Shells {
             for (at, shell) in solid.as_array().into_iter().flatten().enumerate() {
                 self.count += 1;
                 let (faces, points) = faces(shell, points);
+                // The first shell is the outer one; all others bound cavities.
                 for fault in examine(&faces, &points, at > 0) {
                     let (count, names) = self.faults.entry(fault).or_default();
                     *count += 1;

@@ -48,6 +48,7 @@ impl Builder<'_> {
             }
         }
         let Making { mut mesh, .. } = making;
+        // Corners without a picture were given 0: without any picture there are no coordinates.
         if mesh.uvs.iter().all(|uv| *uv == Vec2::ZERO) {
             mesh.uvs.clear();
         }
@@ -74,6 +75,7 @@ impl Builder<'_> {
             .vertices
             .iter()
             .map(|v| {
+                // The matrix is stored row by row, as the specification says.
                 let row = |r: usize| m[r] * v[0] + m[r + 1] * v[1] + m[r + 2] * v[2] + m[r + 3];
                 DVec3::new(row(0), row(4), row(8)) + anchor
             })
@@ -104,6 +106,8 @@ impl Builder<'_> {
             for (k, ring) in rings.iter().enumerate() {
                 let mut corners = Vec::new();
                 for (i, corner) in ring.as_array().into_iter().flatten().enumerate() {
+                    // A ring's first number is that of the picture; the places of its corners
+                    // follow.
                     let place = placed.and_then(|rings| rings.get(k)?.get(i + 1)?.as_u64());
                     let place = place.and_then(|place| usize::try_from(place).ok());
                     let places = &self.cities[city].appearance.places;
@@ -116,6 +120,7 @@ impl Builder<'_> {
                     corners.push((known, uv.unwrap_or_default()));
                 }
                 if !has_three_apart(corners.iter().map(|(at, _)| points[*at])) {
+                    // Without an outline there is no face, however many holes there are.
                     if k == 0 {
                         break;
                     }
@@ -209,6 +214,7 @@ impl Builder<'_> {
         let id = &self.cities[city].id;
         let of = if id.is_empty() { wished.clone() } else { format!("{wished} of {id}") };
         let names = (2..).map(|count| format!("{of}#{count}"));
+        // Features of one city repeat their materials: equal ones share a name.
         let is_free = |name: &String| self.materials.get(name).is_none_or(|had| *had == material);
         let name = [wished.clone(), of.clone()].into_iter().chain(names).find(is_free);
         let name = name.unwrap_or(wished);

@@ -61,11 +61,13 @@ impl Buffers {
             },
         };
         let announced = buffer.byte_length.0;
+        // More is allowed: the chunk of a GLB is filled up to four bytes.
         if (data.len() as u64) < announced {
             let message =
                 format!("buffer {index} has {} bytes, {announced} are announced", data.len());
             return Err(Error::invalid(message));
         }
+        // What a file may use grows with what it holds.
         self.left = self.left.saturating_add((data.len() as u64).saturating_mul(MOST_USES));
         let data = Arc::new(data);
         self.data[index] = Some(data.clone());
@@ -79,6 +81,7 @@ impl Buffers {
         file: &File,
         index: usize,
     ) -> Result<(Arc<Vec<u8>>, std::ops::Range<usize>)> {
+        // Such views may have a plain buffer as a fallback, which is read.
         for compression in ["EXT_meshopt_compression", "KHR_meshopt_compression"] {
             let buffer = file.root.buffer_views.get(index).map(|view| view.buffer.value());
             let has_data = buffer.is_some_and(|buffer| {

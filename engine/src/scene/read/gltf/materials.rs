@@ -103,6 +103,7 @@ impl Maker<'_> {
                 }
             }
         };
+        // The colour comes first: the first picture decides which coordinates the mesh keeps.
         self.map("emission", info("/emissiveTexture"));
         self.map("normal", info("/normalTexture"));
         self.map("occlusion", info("/occlusionTexture"));
@@ -198,6 +199,7 @@ impl Maker<'_> {
     /// What a surface lets through, as optics.
     fn let_through(&mut self, material: &mut Material, base: &Base) {
         let share = self.number("KHR_materials_transmission", "transmissionFactor").unwrap_or(0.0);
+        // Metals let nothing through.
         let share = share.clamp(0.0, 1.0) as f32 * (1.0 - base.metal);
         if share <= 0.0 {
             return;
@@ -228,6 +230,7 @@ impl Maker<'_> {
             };
             let absorb = |k: usize| match distance {
                 Some(distance) if distance > 0.0 => {
+                    // Beer's law: after the distance this share is left.
                     (-crate::math::log2(left(k)) * LN_2 / distance) as f32
                 }
                 _ => 0.0,
@@ -252,7 +255,10 @@ impl Maker<'_> {
             }
         };
         material.finish.optics = Some(optics);
+        // What is let through is not sent back as well.
         material.color = material.color * (1.0 - share);
+        // The specification tints what is let through by the base colour, of which a picture is a
+        // part.
         if let Some(color) = self.maps.get("color").cloned() {
             self.maps.insert("refract".to_owned(), color);
         }
@@ -284,6 +290,7 @@ impl Maker<'_> {
         }
         let uri = self.file.root.images.get(image).and_then(|image| image.uri.as_deref());
         let picture = match uri.filter(|uri| !uri.starts_with("data:")) {
+            // Raw, as the specification wants colour profiles and EXIF of pictures ignored.
             Some(uri) => Picture::Raw(decoded(uri)),
             None => {
                 let name = self.reader.path.file_name().unwrap_or_default();

@@ -69,6 +69,9 @@ impl Builder<'_> {
             self.reader.note(format!("{what} has no data: all its points are one, it is left out"));
             return Ok(Mesh::default());
         }
+        // 1. Vertices that are used. 2. Morph targets. 3. The skin. 4. Normals of length 1, which
+        // morphing
+        // and skinning do not keep. The specification asks for this order.
         let (corners, used) = self.corners(&positions, indices.as_ref())?;
         let points = used.iter().map(|i| DVec3::from(positions.floats(*i as usize))).collect();
         let mut mesh = Mesh { points, ..Mesh::default() };
@@ -96,6 +99,7 @@ impl Builder<'_> {
                 "{what} has no texture coordinates {set}, by which its pictures lie: they lie by x and y"
             ));
         }
+        // A mesh keeps one set: the one that its pictures lie by.
         let set = Semantic::TexCoords(material.uv_set.unwrap_or(0));
         if let Some(uvs) = self.attribute(primitive, set)? {
             // glTF measures v downwards.
@@ -116,6 +120,7 @@ impl Builder<'_> {
         let front = Some(mesh.material(&material.name));
         for at in 0..triangle_count(mode, corners.len()) {
             let triangle = match mode {
+                // Every second triangle of a strip is turned, so that all face one way.
                 Mode::TriangleStrip if at % 2 == 1 => [at + 1, at, at + 2],
                 Mode::TriangleStrip => [at, at + 1, at + 2],
                 Mode::TriangleFan => [0, at + 1, at + 2],
@@ -178,6 +183,7 @@ impl Builder<'_> {
                 "its indices name vertex {wrong}, and it has {count} vertices"
             )));
         }
+        // Nearly all are used then, and sorting would cost more than it saves.
         if corners.len() >= count {
             return Ok((corners, (0..count as u32).collect()));
         }
@@ -255,6 +261,7 @@ impl Builder<'_> {
             } else {
                 vec![(parts[0].0, 1.0)]
             };
+            // Linear blending: the mean of the joints' matrices, by weight.
             let mut matrix = DMat3::ZERO;
             let mut moved = DVec3::ZERO;
             for (joint, share) in shares {

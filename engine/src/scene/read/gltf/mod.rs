@@ -162,6 +162,8 @@ impl Builder<'_> {
             self.materials.push(Look { name, uv_set: made.uv_set });
         }
         let mut names = Names::default();
+        // All meshes, also those that no node places: a file with a faulty mesh is told whatever is
+        // shown.
         for mesh in 0..file.root.meshes.len() {
             self.definition(mesh, None, &mut names)?;
         }
@@ -279,6 +281,7 @@ impl Builder<'_> {
     ) -> Result<String> {
         let json = &self.file.root.meshes[mesh];
         let weights = of_node.or(json.weights.as_deref()).unwrap_or_default();
+        // One mesh under other weights is another shape.
         let key = (mesh, weights.iter().map(|weight| weight.to_bits()).collect::<Vec<u32>>());
         if let Some(name) = self.known.get(&key) {
             return Ok(name.clone());

@@ -63,6 +63,7 @@ impl Placed {
                 );
             }
         };
+        // Where (0, 0) of ours, which is (0, 1) of theirs, comes to lie, with v turned over again.
         let offset = DVec2::new(left + sin * y, 1.0 - cos * y - up);
         let turn = turn.to_degrees();
         let mapping = Mapping { wrap, turn, scale, offset, ..Mapping::default() };

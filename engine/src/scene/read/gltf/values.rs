@@ -120,6 +120,7 @@ impl Values {
             let width = index_type.0.size();
             let indices = part(at.buffer_view.value(), at.byte_offset.0, width, buffers, reader)?;
             let values = part(what.buffer_view.value(), what.byte_offset.0, size, buffers, reader)?;
+            // Counted before it is kept: a sparse accessor may be named many times.
             buffers.take(few as u64)?;
             let indices = (0..few).map(|i| (number(index_type.0, indices.at(i, 0)) as usize, i));
             let places: HashMap<usize, usize> = indices.collect();
@@ -147,6 +148,7 @@ impl Values {
         let offset = component * self.kind.size();
         let replaced = self.sparse.as_ref().and_then(|(run, places)| Some((run, *places.get(&i)?)));
         match (replaced, &self.run) {
+            // Sparse values stand before those of the view, and before zeros without one.
             (Some((run, at)), _) => number(self.kind, run.at(at, offset)),
             (None, Some(run)) => number(self.kind, run.at(i, offset)),
             (None, None) => 0.0,
@@ -164,6 +166,7 @@ impl Values {
             ComponentType::U32 | ComponentType::F32 => 1.0,
         };
         std::array::from_fn(|component| match component < self.components {
+            // -128 and -127 are both -1, as the specification has it.
             true if self.normalized => (self.component(i, component) / most).max(-1.0),
             true => self.component(i, component),
             false => 0.0,
@@ -191,10 +194,12 @@ fn run(
     size: usize,
     stride: usize,
 ) -> std::result::Result<Run, String> {
+    // Without this, elements would overlap and few bytes could become any number of values.
     if stride < size {
         return Err(format!(", whose stride {stride} is less than the {size} bytes of an element"));
     }
     let end = (stride as u64)
+        // The last element may end before its stride does.
         .checked_mul(count as u64 - 1)
         .and_then(|bytes| bytes.checked_add(size as u64))
         .and_then(|bytes| bytes.checked_add(offset));

@@ -60,6 +60,7 @@ impl Draft {
         if self.ni.is_some_and(|ni| ni != 1.0) && !shows_ni && !has_no_use {
             tell("Ni");
         }
+        // Maps multiply, and many files have `map_Ke` without `Ke`.
         if self.material.maps.contains_key("emission") && self.material.finish.glow == Color::BLACK
         {
             self.material.finish.glow = Color::WHITE;
@@ -69,6 +70,8 @@ impl Draft {
     }
 
     fn alpha(&mut self, tell: &mut dyn FnMut(&str)) {
+        // `Tr` came later and says the opposite of `d`. Exporters disagree about which way round it
+        // is.
         let clear = self.tr.map(|tr| 1.0 - tr);
         if let (Some(d), Some(clear)) = (self.d, clear)
             && (d - clear).abs() > 1e-3
@@ -83,6 +86,7 @@ impl Draft {
         let has_alpha =
             material.maps.get("alpha").map(|map| Some(map) == material.maps.get("color"));
         if has_alpha == Some(true) {
+            // The colour's own alpha does the same, and its picture is read once.
             material.maps.remove("alpha");
         }
         let is_cut = material.alpha < 1.0 || has_alpha.is_some();
@@ -104,6 +108,7 @@ impl Draft {
         self.material.finish.optics = match illum {
             3 | 4 | 8 | 9 if reflect != Color::BLACK => optics(reflect, Color::BLACK, false),
             5 => optics(reflect, Color::BLACK, true),
+            // Without Fresnel's law the shares are fixed, and must not sum to more than all light.
             6 => optics(reflect, (Color::WHITE + reflect * -1.0) * filter, false),
             7 => optics(reflect, filter, true),
             0..=4 | 8 | 9 => None,
@@ -149,6 +154,7 @@ impl Draft {
         let by_ns = self.ns.map_or(0.5, |ns| (2.0 / (ns.max(0.0) + 2.0)).sqrt().sqrt());
         let roughness = unit(self.pr.unwrap_or(absent(&self.map_pr, by_ns)));
         let reflectance = self.ni.filter(|ni| *ni > 1.0).map_or(0.04, |ni| {
+            // Fresnel's law, straight on.
             let share = (ni - 1.0) / (ni + 1.0);
             share * share
         });

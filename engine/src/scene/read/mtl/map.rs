@@ -52,6 +52,7 @@ pub(super) fn named(statement: &str) -> Option<Named> {
         }
         let is_all = tail.is_empty();
         if is_all {
+            // Only if all of the tail is options: a name may have ` -` in it.
             named = others;
         }
         is_all
@@ -72,6 +73,7 @@ impl Named {
         };
         let (name, mut tail) = cut(text)?;
         let name = name.to_ascii_lowercase();
+        // A word with a minus that is no option belongs to the file's name.
         let (least, most) = arguments(&name)?;
         let mut words = Vec::new();
         while words.len() < most {

@@ -88,6 +88,8 @@ pub(super) fn read(
 fn found(reader: &Reader, folder: &Path, file: &str) -> String {
     let scene = reader.path.parent().unwrap_or(Path::new(""));
     let bare = file.rsplit('/').next().unwrap_or(file);
+    // Paths of the machine on which the file was written lead nowhere here: the bare name often
+    // does.
     let places = [folder.join(file), file.into(), folder.join(bare), bare.into()];
     let place = places.iter().find(|place| open::is_file(&scene.join(place))).unwrap_or(&places[0]);
     place.to_string_lossy().into_owned()
@@ -117,6 +119,7 @@ impl Draft {
             "kd" => self.material.color = color(words)?,
             "ks" => self.ks = Some(color(words)?),
             "ke" => {
+                // A glow is not limited to 1.
                 let [r, g, b] = color(words)?.to_array().map(|v| v.max(0.0));
                 self.material.finish.glow = Color::new(r, g, b);
             }

@@ -83,6 +83,7 @@ impl<'t> Remarks<'t> {
 
 pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
     let path = reader.path.clone();
+    // Asked first: whether a `g` begins an object depends on all of the file.
     let has_objects = statements(&path, text).any(|mut words| words.next() == Some("o"));
     let mut lists = Lists::default();
     let mut materials: BTreeMap<String, Material> = BTreeMap::new();
@@ -139,6 +140,7 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
                 parts.push(Part::new(words.rest()));
             }
             "s" => is_smooth = !matches!(words.peek(), None | Some("off" | "0")),
+            // It holds for all faces that follow, across `o` and `g`.
             "usemtl" => material = Some(words.name().to_owned()).filter(|name| !name.is_empty()),
             "mtllib" => {
                 libraries::read(reader, words.name(), &mut materials, &mut missing)?;
@@ -155,11 +157,13 @@ pub(super) fn read(reader: &mut Reader, text: &str) -> Result<Document> {
         let line = whole.line(word);
         reader.note(format!("{count} {what}, the first in line {line}"));
     }
+    // Exporters write `g` without faces, and the first part is there before any statement.
     parts.retain(|part| !part.faces.is_empty());
     if parts.is_empty() {
         return Err(reader.fault("no faces: an OBJ file has lines that begin with `f`"));
     }
     colors::settle(reader, &mut lists.colors, true);
+    // A library that is not there matters only if some face needs it.
     if define(reader, &mut parts, &mut materials, &lists) {
         reader.missing.append(&mut missing);
     }

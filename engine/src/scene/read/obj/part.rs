@@ -26,6 +26,7 @@ impl Lists {
         let left = words.left();
         if left >= 3 {
             let [r, g, b] = words.numbers::<3>()?;
+            // Files may have colours for some of their vertices only.
             self.color_of.resize(self.points.len() - 1, NONE);
             self.color_of.push(self.colors.len() as u32);
             self.colors.push([r as f32, g as f32, b as f32, 1.0]);
@@ -85,8 +86,11 @@ impl Part {
                         return Ok(None);
                     };
                     let index: i64 = text.parse().map_err(|_| no_corner())?;
+                    // -1 is the last of those so far, not of the whole file.
                     let place = if index < 0 { count as i64 + index } else { index - 1 };
                     if index == 0 || !(0..count as i64).contains(&place) {
+                        // Without a point there is no corner, but without a normal there is a flat
+                        // one.
                         if lost.is_some() {
                             told = lost;
                             return Ok(None);
@@ -127,6 +131,7 @@ impl Part {
 
     fn corner(&mut self, corner: Corner) -> u32 {
         let next = self.corners.len() as u32;
+        // One vertex for each combination: the format counts points, coordinates and normals apart.
         *self.known.entry(corner).or_insert_with(|| {
             self.corners.push(corner);
             next

@@ -32,6 +32,7 @@ use crate::watch::Watch;
 pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
     let path = reader.path.clone();
     let end = header::end(bytes);
+    // The head is text, even in front of binary data: only it is read as such.
     let head = end.map(|end| &bytes[..end]).filter(|head| head.starts_with(b"ply"));
     let head = head.map(|head| reader.text(head)).transpose()?;
     let header = head.map(|head| header::parse(&path, &head)).transpose()?;
@@ -119,6 +120,7 @@ impl Body {
         values: &mut Values<'_>,
     ) -> Result<()> {
         let Element { name, count, properties, line } = element;
+        // Without properties no bytes are taken, and any count would pass the test below.
         if properties.is_empty() {
             return Ok(());
         }
@@ -136,6 +138,8 @@ impl Body {
             "tristrips" => self.strips(element, values)?,
             _ => {
                 for _ in 0..*count {
+                    // What is not shown must be read all the same: only its properties tell how
+                    // long it is.
                     for property in properties {
                         self::list(property, values)?;
                     }
@@ -190,6 +194,7 @@ impl Body {
                     Slot::Uv(i) => uv[i] = value as f32,
                     Slot::Color(i, of) => {
                         let share = (value / of.one()) as f32;
+                        // Alpha is a share, never coded.
                         color[i] = if i < 3 && of.is_whole() { decode_srgb(share) } else { share };
                     }
                     Slot::Unused => {}
@@ -229,6 +234,7 @@ impl Body {
                 let list = list(property, values)?;
                 if Some(i) == indices {
                     self.faces.push(self::indices(&list, values)?);
+                // MeshLab writes an empty list for a face without a picture.
                 } else if Some(i) == corners && !list.is_empty() {
                     self.corners.insert(at, list.iter().map(|v| *v as f32).collect());
                 } else if Some(i) == picture {
@@ -254,6 +260,7 @@ impl Body {
                 if Some(i) != indices {
                     continue;
                 }
+                // Every strip begins anew with a triangle that is not turned.
                 for strip in list.split(|index| *index == -1.0) {
                     let strip = self::indices(strip, values)?;
                     for (k, corners) in strip.windows(3).enumerate() {
@@ -299,6 +306,8 @@ impl Body {
             materials.insert(name, material);
         }
         if pictures.is_empty() && alpha_mode == AlphaMode::Blend {
+            // Alpha by vertex needs a material that blends; all else is what faces without a
+            // material show.
             mesh.materials.push("by vertex".to_owned());
             let material = Material { color: Color::WHITE, alpha_mode, ..Material::default() };
             materials.insert("by vertex".to_owned(), material);
@@ -309,6 +318,7 @@ impl Body {
         } else if self.corners.is_empty() && mesh.uvs.is_empty() {
             reader.note("it has a picture and no coordinates for it");
         }
+        // Every vertex needs coordinates as soon as one has some.
         if !self.corners.is_empty() {
             mesh.uvs.resize(mesh.points.len(), Vec2::ZERO);
         }
