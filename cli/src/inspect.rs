@@ -44,6 +44,7 @@ fn inspect(graph: &Graph, args: &Inspect) -> Result<()> {
         return Err(Error::invalid(format!("line {}: the image has 0 to {height}", args.line)));
     }
     let row = args.line as u32;
+    // Below the last line of a row there is none in it: then the last is drawn.
     let k = plan.first_at_or_below(args.line).min(plan.lines(&(row..row + 1)).end - 1);
     let mut ids: Vec<&str> = inputs(graph, node);
     ids.push(node);

@@ -104,6 +104,7 @@ impl Progress for Shown {
     }
 
     fn warned(&self, node: &str, message: &str) {
+        // Without `suspend` the bar would be drawn into the words.
         self.bar.suspend(|| print::warning(format!("node \"{node}\": {message}")));
     }
 

@@ -113,6 +113,7 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
             false => print::chat(&format!("wrote {} ({size})", output::tidy(file).display())),
         }
     }
+    // Only now: files that were written before the failure are told all the same.
     evaluated.map_err(|failure| fail(args, &failure))?;
     if args.explain {
         report(&stats::explanation(&graph, &plan, &done.reports));
@@ -233,6 +234,7 @@ fn outputs(registry: &Registry, args: &Render, document: &mut Document) -> Resul
         let ending =
             raw.value("path").and_then(|path| path.trim_end_matches(['"', '#']).rsplit_once('.'));
         let file = with_ending(file, ending.map_or("png", |(_, ending)| ending));
+        // `-o` is meant from where the user stands, paths of a graph from its folder.
         let set = document.set(&only.clone(), "path", &format!("{:?}", absolute(&file)));
         set.map_err(|message| {
             print::error(format!("-o {}: {message}", file.display()));

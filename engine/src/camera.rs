@@ -88,6 +88,7 @@ impl Camera {
                 "the camera's `look_at` and `position` are the same point: move one of them",
             )
         })?;
+        // Of -z and y at least one is not along the view.
         let right = [self.up, DVec3::NEG_Z, DVec3::Y]
             .into_iter()
             .filter_map(DVec3::try_normalize)
@@ -242,6 +243,7 @@ impl View {
             None => 2.0 * math::tan(camera.field_of_view.to_radians() / 2.0),
         };
         let centre = DVec2::new(
+            // The picture moves against the lens.
             (window[0] + window[2]) / 2.0 - camera.shift.x * shown_width,
             (window[1] + window[3]) / 2.0 + camera.shift.y * shown_height,
         );
@@ -313,6 +315,7 @@ impl View {
             let k = 1.0 / normal.z;
             Plane { a: -nx * k, b: ny * k, c: (offset + across) * k }
         } else {
+            // The eye is the origin: a plane through it has the offset 0, and no finite depth.
             let k = 1.0 / offset;
             Plane { a: nx * k, b: -ny * k, c: (-normal.z - across) * k }
         }
@@ -320,6 +323,7 @@ impl View {
 
     /// Whether a plane's normal points to the viewer's side.
     pub fn faces_viewer(&self, normal: DVec3, point: DVec3) -> bool {
+        // In perspective it depends on the place: the way to the point runs against the normal.
         if self.is_parallel() { normal.z > 0.0 } else { normal.dot(point) < 0.0 }
     }
 
@@ -351,6 +355,8 @@ impl View {
     /// affine like depth itself. (It is the distance times rho or, under parallel cameras, the distance.)
     pub fn side_of(&self, normal: DVec3, point: DVec3, plane: &Plane) -> Plane {
         let n = self.rotation * normal;
+        // The eye's own distance from the plane: the difference first, for worlds far from the
+        // origin.
         let eye = normal.dot(self.camera.position - point);
         let (nx, ny) = (n.x / self.scale, n.y / self.scale);
         let across = ny * self.centre.y - nx * self.centre.x;

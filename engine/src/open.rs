@@ -154,6 +154,7 @@ pub fn text<'b>(path: &Path, bytes: &'b [u8]) -> Result<Text<'b>> {
         [0xff, 0xfe, rest @ ..] => (utf_16(path, rest, u16::from_le_bytes, 2)?, None),
         [0xfe, 0xff, rest @ ..] => (utf_16(path, rest, u16::from_be_bytes, 2)?, None),
         [0xef, 0xbb, 0xbf, rest @ ..] => utf_8(rest),
+        // UTF-16 without a mark: every second byte of western letters is 0.
         [first, 0, second, 0, ..] if *first != 0 && *second != 0 => {
             (utf_16(path, bytes, u16::from_le_bytes, 0)?, None)
         }
@@ -188,6 +189,7 @@ pub fn text<'b>(path: &Path, bytes: &'b [u8]) -> Result<Text<'b>> {
 /// How text begins, as far as can be told: to know a format by it. Letters that are wrong do not matter.
 pub fn head(bytes: &[u8]) -> String {
     let start = &bytes[..bytes.len().min(4096)];
+    // An odd end would cut a letter of UTF-16 in two.
     let start = &start[..start.len() & !1];
     match text(Path::new(""), start) {
         Ok(text) => text.text.into_owned(),
@@ -320,6 +322,7 @@ pub fn guarded<T>(run: impl FnOnce() -> T) -> std::result::Result<T, String> {
             }
         }));
     });
+    // By thread: panics elsewhere are printed as always.
     let before = IS_GUARDED.replace(true);
     let made = catch_unwind(AssertUnwindSafe(run));
     IS_GUARDED.set(before);

@@ -110,6 +110,7 @@ impl Watch {
     pub fn share(&self) -> Option<f64> {
         let inner = self.0.as_ref()?;
         let all = inner.all.load(Ordering::Relaxed);
+        // The two are read one after the other, and steps go on meanwhile.
         let done = inner.done.load(Ordering::Relaxed).min(all);
         (all > 0).then(|| done as f64 / all as f64)
     }

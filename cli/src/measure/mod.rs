@@ -155,6 +155,7 @@ impl Runner<'_> {
         let runs: Vec<Ran> =
             (0..self.args.runs).map(|_| self.run(settings, &place)).collect::<Result<_>>()?;
         let mut times: Vec<f64> = runs.iter().map(|ran| ran.seconds).collect();
+        // The median, as other work on the machine makes single runs slow.
         times.sort_by(f64::total_cmp);
         Ok(Measured {
             values: settings.iter().map(|setting| setting.value.clone()).collect(),
@@ -170,6 +171,7 @@ impl Runner<'_> {
         let program = std::env::current_exe().map_err(|e| Error::file("this program", e))?;
         let mut command = Command::new(&program);
         command.args(["render", "-q", "--stats=json", "-w", self.node, "-o"]).arg(picture);
+        // Halves would round away the errors of the best settings.
         command.args(["--set", &format!("{}.bits=32", render::WRITER)]);
         for setting in settings {
             command.args(["--set", &setting.to_string()]);
@@ -177,6 +179,7 @@ impl Runner<'_> {
         if let Some((width, height)) = self.args.size {
             command.args(["--size", &format!("{width}x{height}")]);
         }
+        // A graph's name may begin with a minus.
         let ran = command.arg("--").arg(&self.args.graph).output();
         let ran = ran.map_err(|e| Error::file(&program, e))?;
         if !ran.status.success() {

@@ -22,6 +22,7 @@ impl Axis {
     fn new(values: impl Iterator<Item = f64> + Clone, from: f64, to: f64) -> Axis {
         let low = values.clone().fold(f64::INFINITY, f64::min).log10();
         let high = values.fold(f64::NEG_INFINITY, f64::max).log10();
+        // Without rows any axis will do.
         let (low, high) = if low.is_finite() { (low, high) } else { (-3.0, 0.0) };
         Axis { low: low - 0.12, high: high + 0.12, from, to }
     }

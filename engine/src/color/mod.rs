@@ -200,6 +200,7 @@ pub fn srgb_byte(linear: f32) -> u8 {
             f32::from_bits(low)
         })
     });
+    // NaN is not above any, and gives 0 as the formula does.
     BEGINS.partition_point(|begin| *begin <= linear) as u8
 }
 

@@ -47,6 +47,7 @@ impl Primaries {
         if columns.determinant().abs() < 1e-6 {
             return None;
         }
+        // How much of each primary makes white.
         let amounts = columns.inverse() * xyz(self.white);
         let all = columns * DMat3::from_diagonal(amounts);
         (all.is_finite() && all.determinant() != 0.0).then_some(all)

@@ -160,7 +160,8 @@ pub(super) fn start<'b>(path: &Path, bytes: &'b [u8]) -> Result<Started<'b>> {
     };
     let name = path.to_owned();
     let decode = move || -> Result<Pixels> {
-        // The library knows this way round only, and would take EXPOSURE for its own business.
+        // A head with nothing that the library might apply itself, and rows the one way round that
+        // it knows.
         let plain = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {count} +X {length}\n");
         let rows = Cursor::new(plain.into_bytes()).chain(&bytes[header.start..]);
         let wrong = |error| fault(&name, Format::Hdr, &error);

@@ -139,7 +139,8 @@ impl Samples {
                 KeptSamples::Coded(coded, channel) => Samples::Float(
                     places
                         .iter()
-                        // Codes have no transparent pixel to put in, so these become numbers.
+                        // Not all codes have a transparent pixel to put in, so these become
+                        // numbers.
                         .map(|at| at.map_or(0.0, |at| coded.linear(at)[*channel]))
                         .collect(),
                 ),

@@ -98,6 +98,7 @@ pub fn write(
         // Some file systems have no permissions to set.
         let _ = file.set_permissions(old.permissions());
     }
+    // Some systems do not rename an open file.
     drop(file);
     std::fs::rename(&beside.path, &target.path).map_err(fault)?;
     Ok(about.len())
@@ -183,6 +184,7 @@ impl Beside {
             let number = COUNT.fetch_add(1, Ordering::Relaxed);
             let hidden = format!(".{name}.{}-{number}.tmp", std::process::id());
             let path = path.with_file_name(hidden);
+            // Never a file that is there: another process may be writing it.
             match OpenOptions::new().write(true).create_new(true).open(&path) {
                 Ok(file) => {
                     unfinished().insert(path.clone());

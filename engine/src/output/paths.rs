@@ -10,6 +10,7 @@ pub fn tidy(path: &Path) -> PathBuf {
         let into = matches!(tidy.components().next_back(), Some(Component::Normal(_)));
         match part {
             Component::CurDir => {}
+            // `..` after `..` cannot be left out.
             Component::ParentDir if into => {
                 tidy.pop();
             }
@@ -31,6 +32,7 @@ pub fn real(path: &Path) -> PathBuf {
     let path = followed(path).unwrap_or_else(|_| path.to_owned());
     let whole = std::path::absolute(&path).map_or(path, |whole| tidy(&whole));
     let mut missing = Vec::new();
+    // The longest part that is there is resolved, and what is missing added again.
     for known in whole.ancestors() {
         if let Ok(known) = std::fs::canonicalize(known) {
             return known.join(missing.iter().rev().collect::<PathBuf>());
@@ -60,6 +62,7 @@ pub fn relative(path: &Path, folder: &Path) -> PathBuf {
 /// What a path's links lead to at last, there or not.
 pub(super) fn followed(path: &Path) -> std::io::Result<PathBuf> {
     let mut path = path.to_owned();
+    // As many as Linux follows.
     for _ in 0..40 {
         match std::fs::read_link(&path) {
             Ok(target) => path = path.parent().unwrap_or(Path::new("")).join(target),

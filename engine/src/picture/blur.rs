@@ -12,6 +12,7 @@ use crate::watch::Watch;
 /// # Errors
 /// None.
 pub fn blur(image: &Image, deviation: f64) -> Result<Image> {
+    // Beyond three deviations lies a quarter of a percent.
     let reach = (3.0 * deviation).ceil().min(1e4) as i64;
     if reach < 1 {
         return Ok(image.clone());
@@ -22,6 +23,7 @@ pub fn blur(image: &Image, deviation: f64) -> Result<Image> {
     };
     let mut weights: Vec<f32> = (-reach..=reach).map(weight).collect();
     let sum: f32 = weights.iter().sum();
+    // What was cut off would darken the picture.
     weights.iter_mut().for_each(|weight| *weight /= sum);
     let (width, height) = (image.window.width as usize, image.window.height as usize);
     let spread = |pixels: &[[f32; 4]]| spread(pixels, width, height, &weights);
@@ -54,6 +56,7 @@ fn spread(pixels: &[[f32; 4]], width: usize, height: usize, weights: &[f32]) -> 
         true => [0.0; 4],
         false => along(count, from, at),
     };
+    // A Gaussian is the product of one along rows and one along columns.
     let rows: Vec<[f32; 4]> = (0..width * height)
         .into_par_iter()
         .map(|at| {

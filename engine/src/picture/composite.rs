@@ -59,6 +59,7 @@ pub fn composite(front: &Image, back: &Image, operator: Operator) -> Result<Imag
         front.pixels().zip(back.pixels()).map(|(f, b)| operator.shares(f[3], b[3])).collect();
     let pixels = front.pixels().zip(back.pixels()).zip(&shares).map(|((f, b), (p, q))| {
         let mut sum: [f32; 4] = std::array::from_fn(|k| finite(f[k] * p + b[k] * q));
+        // Only Plus goes beyond 1.
         sum[3] = sum[3].min(1.0);
         sum
     });

@@ -68,6 +68,7 @@ impl ColorKey {
                 let most = coded.into_iter().fold(0.0, f32::max);
                 let range = most - coded.into_iter().fold(1.0, f32::min);
                 let [r, g, b] = coded;
+                // The hexagon of hues, each sixth by which component is the greatest.
                 let sixth = match range {
                     0.0 => return 0.0,
                     _ if most == r => (g - b) / range,
@@ -156,6 +157,7 @@ impl Matte {
             let clean = plate.as_ref().map(|plate| plate[at]);
             let all = self.keys.iter().map(|key| key.background(pixels[at], clean));
             // Without keys all that is no garbage is subject.
+            // The least: all keys must say that it is background.
             all.reduce(f32::min).unwrap_or(0.0)
         };
         let mut sure: Vec<f32> = (0..pixels.len()).map(sure).collect();
@@ -163,6 +165,7 @@ impl Matte {
         let near = near(&sure, width, height, edge);
         for (sure, near) in sure.iter_mut().zip(near) {
             if *sure >= 1.0 && near < 1.0 {
+                // No longer sure, so that the mixture of the colours around it decides.
                 *sure = 0.999;
             }
         }
@@ -186,6 +189,8 @@ impl Matte {
             let (b, f, c) = (behind[at], before[at], pixels[at]);
             let way = f - b;
             let length = way.length_squared();
+            // The place on the line between both colours that is nearest to the pixel's own. Where
+            // both are alike it says nothing, and the keys do.
             if length < 1e-4 { 1.0 - sure } else { ((c - b).dot(way) / length).clamp(0.0, 1.0) }
         };
         let alphas: Vec<f32> = (0..pixels.len()).map(alpha).collect();
@@ -195,6 +200,7 @@ impl Matte {
             if a <= 0.0 {
                 return [0.0; 4];
             }
+            // The mixture, solved for the subject.
             let own = ((pixels[at] - behind[at] * (1.0 - a)) / a).max(Vec3::ZERO);
             // What divides by little is no longer known: then it is as the subject beside it.
             let known = own.lerp(before[at], (1.0 - a) * (1.0 - a));
@@ -219,6 +225,7 @@ fn near(values: &[f32], width: usize, height: usize, reach: usize) -> Vec<f32> {
         (first..=last).map(|k| from[start + k * step]).fold(f32::INFINITY, f32::min)
     };
     let all = 0..values.len();
+    // The least of a square is the least along columns of the least along rows.
     let rows: Vec<f32> =
         all.clone().map(|place| least(values, 1, place % width, width, place)).collect();
     all.map(|place| least(&rows, width, place / width, height, place)).collect()
@@ -249,6 +256,7 @@ fn spread(known: Vec<(Vec3, f32)>, width: usize, height: usize) -> Vec<Vec3> {
     });
     let coarse = spread(half, w, h);
     let smooth = |x: usize, y: usize| {
+        // The middle of a fine pixel, counted in coarse pixels from the middle of the first.
         let (fx, fy) = ((x as f32 - 0.5) / 2.0, (y as f32 - 0.5) / 2.0);
         let (left, top) = (fx.floor(), fy.floor());
         let at = |x: f32, y: f32| {

@@ -27,6 +27,7 @@ const NAMES: [&str; 4] = ["R", "G", "B", "A"];
 
 /// A number that is finite, whatever came out.
 fn finite(v: f32) -> f32 {
+    // `clamp` keeps NaN.
     if v.is_nan() { 0.0 } else { v.clamp(-f32::MAX, f32::MAX) }
 }
 

@@ -71,6 +71,7 @@ fn own(seen: &Counts, count: u32) -> Result<PaletteBuf<Bytes>> {
         return Err(Error::invalid("nothing of the picture is seen: it has no colours"));
     }
     let mut known: Vec<_> = seen.iter().map(|(color, count)| (*color, *count)).collect();
+    // The order of a hash map differs from run to run.
     known.sort_unstable();
     if known.len() <= count as usize {
         return palette_of(known.into_iter().map(|([r, g, b], _)| Srgb::new(r, g, b)).collect());
@@ -102,6 +103,7 @@ fn own(seen: &Counts, count: u32) -> Result<PaletteBuf<Bytes>> {
 
 /// Thresholds between -1/2 and 1/2, each once in 8 x 8 (Bayer).
 fn threshold(x: u32, y: u32) -> f32 {
+    // The lowest bits of the place weigh most: neighbours have thresholds that are far apart.
     let bits = (0..3).fold(0, |sum, bit| {
         let (x, y) = ((x >> bit) & 1, (y >> bit) & 1);
         sum * 4 + (x ^ y) * 2 + y
@@ -139,6 +141,7 @@ pub fn quantize(image: &Image, palette: &Palette, dither: Dither) -> Result<Imag
         if let Dither::Ordered(strength) = dither {
             for (at, pixel) in spread.iter_mut().enumerate() {
                 let (x, y) = (at as u32 % window.width, at as u32 / window.width);
+                // By place in the whole picture, so that parts of it join.
                 let (x, y) = (window.x + x, window.y + y);
                 let by = threshold(x, y) * strength * 16.0;
                 let moved = |v: u8| (f32::from(v) + by).round().clamp(0.0, 255.0) as u8;

@@ -136,6 +136,8 @@ impl Reformat {
         let (shift, scale) = (self.shift, self.scale);
         move |x: f64, y: f64| {
             let off = DVec2::new(x, y) - target * (0.5 + shift);
+            // Places are taken back from the new picture, so all is undone in reverse: moved,
+            // turned, scaled.
             let back = DVec2::new(off.x * cos + off.y * sin, off.y * cos - off.x * sin);
             let of_part = back / (fit * scale * pixels) + 0.5;
             DVec2::new(left, top) + of_part * part
@@ -160,6 +162,7 @@ impl Reformat {
         let watch = Watch::current();
         // The levels are made before rows share them.
         store.open(&source)?;
+        // Textures have v upwards, pictures y downwards.
         let up = |at: DVec2| DVec2::new(at.x, 1.0 - at.y);
         let rows: Vec<Vec<[f32; 4]>> = (0..height)
             .into_par_iter()

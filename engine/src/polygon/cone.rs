@@ -24,6 +24,7 @@ impl Cone {
         // Farther than the piece by more than rounding: a face is not before itself.
         planes.push((normal * sign, -away.abs() * (1.0 + 1e-9)));
         let mut last = first;
+        // Each side plane holds the eye and an edge: its offset is 0.
         for corner in corners.chain([first]) {
             let side = last.cross(corner) * sign;
             if side != DVec3::ZERO {
@@ -36,6 +37,8 @@ impl Cone {
 
     /// Whether a convex part reaches into it, as far as single planes tell.
     pub fn meets(&self, part: &[DVec3]) -> bool {
+        // It may say yes where no single plane separates the two. Then the cut finds nothing
+        // inside.
         let is_outside = |plane| part.iter().all(|point| side(plane, point) <= 0.0);
         !self.0.iter().any(is_outside)
     }
@@ -50,6 +53,8 @@ impl Cone {
             let sides: Vec<f64> = rest.iter().map(|point| side(plane, point)).collect();
             let (inside, outside) = split(&rest, &sides);
             if is_part(&outside) {
+                // Outside of this plane is outside of the cone: only the rest is cut by the planes
+                // that follow.
                 left(outside);
             }
             rest = inside;

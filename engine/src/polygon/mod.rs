@@ -12,6 +12,8 @@ pub use region::{Area, Corner, areas, triangles};
 pub fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
     let Some(origin) = points.clone().next() else { return DVec3::ZERO };
     let next = points.clone().skip(1);
+    // From the first corner, so that a far origin costs no digits. The last edge ends there and
+    // adds nothing.
     points.zip(next).map(|(p, q)| (p - origin).cross(q - origin)).sum()
 }
 
@@ -39,6 +41,7 @@ pub fn plane_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3
 /// axis that its normal follows most.
 pub fn contains(points: impl Iterator<Item = DVec3> + Clone, normal: DVec3, at: DVec3) -> bool {
     let facing = normal.abs();
+    // Dropping the largest axis of the normal shrinks the polygon least.
     let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).unwrap_or(1);
     let [u, v] = [(along + 1) % 3, (along + 2) % 3];
     let mut is_inside = false;
@@ -50,6 +53,7 @@ pub fn contains(points: impl Iterator<Item = DVec3> + Clone, normal: DVec3, at: 
         if side.abs() <= 1e-9 * size * size && a[u] * b[u] + a[v] * b[v] <= 0.0 {
             return true;
         }
+        // Half open in v: a corner at the height of the point counts for one of its edges.
         if (a[v] > 0.0) != (b[v] > 0.0) && (side > 0.0) == (b[v] > a[v]) {
             is_inside = !is_inside;
         }
@@ -72,6 +76,7 @@ pub fn volume<R: Iterator<Item = DVec3> + Clone>(
         })
         .collect();
     edges.sort_unstable();
+    // Each edge has its reverse, and none comes twice.
     let is_closed = edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
         && edges.windows(2).all(|pair| pair[0] != pair[1]);
     let cone = |ring: R| {

@@ -61,6 +61,7 @@ impl<'p> Grid<'p> {
         let facing = normal.abs();
         let across = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b]))?;
         let (u, v) = ((across + 1) % 3, (across + 2) % 3);
+        // Seen from the front, whichever way the normal points along the axis.
         let axes = if normal[across] < 0.0 { [v, u, across] } else { [u, v, across] };
         let low = points.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
         let high = points.iter().fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
@@ -68,6 +69,7 @@ impl<'p> Grid<'p> {
         if !(extent.is_finite() && extent > 0.0 && normal[across] != 0.0) {
             return None;
         }
+        // From the exponent alone: a scale by a power of two rounds nothing.
         let power = BITS - 1 - (extent.to_bits() >> 52) as i32 + 1023;
         if !(-1000..=1000).contains(&power) {
             return None;
@@ -76,6 +78,7 @@ impl<'p> Grid<'p> {
         let centre = points.iter().sum::<DVec3>() / points.len() as f64;
         let mut grid = Grid { points, normal, axes, low, scale, centre, given: HashMap::new() };
         for (at, point) in points.iter().enumerate() {
+            // Corners that fall into one cell become the first of them.
             grid.given.entry(grid.cell(*point)).or_insert(at as u32);
         }
         Some(grid)
@@ -127,6 +130,10 @@ impl<'p> Grid<'p> {
         let rings =
             holes.iter().zip(ends).map(|(start, end)| &rest[*start as usize - base..end - base]);
         let holes: Vec<Vec<Contour>> = rings.flat_map(even_odd).collect();
+        // 1. Outline and holes each by the even-odd rule, so that rings that cross themselves mean
+        // what
+        // they do alone. 2. All holes together, however often they cover a place. 3. The
+        // difference.
         Overlay::from_subj_and_clip_custom(&outline, &holes, options(), Default::default())
             .overlay(OverlayRule::Difference, FillRule::NonZero)
     }
@@ -142,6 +149,7 @@ impl<'p> Grid<'p> {
             let pairs = contour.iter().zip(next).filter(|(a, b)| a != b);
             pairs.map(|(a, b)| if (a.x, a.y) < (b.x, b.y) { [*a, *b] } else { [*b, *a] }).collect()
         };
+        // Edges without direction, as the library may turn rings and begin them elsewhere.
         let found: HashSet<[IntPoint<i64>; 2]> = shape.iter().flat_map(sides).collect();
         let starts = std::iter::once(0).chain(holes.iter().map(|start| *start as usize));
         let ends = holes.iter().map(|start| *start as usize).chain([self.points.len()]);

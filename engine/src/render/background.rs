@@ -99,6 +99,7 @@ impl Photograph {
         let [left, top, right, bottom] = view.window();
         let ratio = (right - left) / (bottom - top) / (self.size.x / self.size.y);
         let (wide, high) = match self.by {
+            // The view is wider than the picture: all columns are seen, and some rows are not.
             PictureFit::Fill if ratio > 1.0 => (1.0, 1.0 / ratio),
             PictureFit::Fill => (ratio, 1.0),
             PictureFit::Whole if ratio > 1.0 => (ratio, 1.0),
@@ -346,6 +347,7 @@ pub fn panorama(image: &SpanImage, rows: u32) -> Result<Image> {
             for (i, shown) in shown.iter_mut().enumerate() {
                 let (color, share) = (fragments.color[i], fragments.alpha[i] * (1.0 - shown[3]));
                 let [r, g, b] = color.to_array().map(|value| value * share);
+                // Front to back: each shows what those before it leave.
                 shown.iter_mut().zip([r, g, b, share]).for_each(|(sum, part)| *sum += part);
             }
         }

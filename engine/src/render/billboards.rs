@@ -194,6 +194,7 @@ pub fn image(
             )));
         }
         let scale = subject.scale(tree.height);
+        // The wider side counts for both, as a card turns about the foot.
         let side = (subject.foot - subject.low.x).max(subject.high.x - subject.foot);
         let half_width = (side * subject.aspect * scale).max(tree.height * 1e-6);
         cards.push(Card { foot: tree.foot, half_width, height: tree.height });
@@ -220,6 +221,7 @@ fn document(cards: &[Card], toward: Toward) -> Result<Document> {
     mesh.materials.push("card".to_owned());
     let root = Object::new("cards", Shape::Faces(mesh));
     let mut document = Document::with_plan(Plan { root, ..Plan::default() });
+    // Any alpha below 1 will do: the true one is the picture's.
     let card = Material { alpha: 0.5, alpha_mode: AlphaMode::Blend, ..Material::default() };
     document.materials.insert("card".to_owned(), card);
     Ok(document)
@@ -371,6 +373,7 @@ pub fn scatter(
     let mut known: std::collections::HashMap<(i64, i64), Vec<DVec2>> = Default::default();
     let mut planted = 0;
     let mut tries = 0u64;
+    // Where there is no room left, it ends all the same.
     while planted < count && tries < 30 * u64::from(count) + 1000 {
         tries += 1;
         let (x, z) = (low.x + size.x * chance.unit(), low.z + size.z * chance.unit());
@@ -381,6 +384,7 @@ pub fn scatter(
         let at = DVec2::new(x, z);
         let (i, j) = (cell(x), cell(z));
         if apart > 0.0 {
+            // Cells are as wide as trees are apart: who is too near stands in one of nine.
             let around = (i - 1..=i + 1).flat_map(|i| (j - 1..=j + 1).map(move |j| (i, j)));
             let mut others = around.filter_map(|place| known.get(&place)).flatten();
             if others.any(|other| other.distance(at) < apart) {

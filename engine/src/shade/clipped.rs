@@ -44,6 +44,7 @@ pub(super) fn irradiance(
         if !is_part(&seen) {
             continue;
         }
+        // Only what reaches into the space between receiver and facet can stand in the way.
         let shaft = shaft(&seen, facing, here);
         let mut parts = vec![SourcePart { points: seen, through: 1.0 }];
         for (member, casters) in casters {
@@ -112,6 +113,7 @@ fn shaft(points: &[DVec3], facing: DVec3, here: DVec3) -> Shaft {
     // As seen from the receiver: where the sum with an offset is not negative is inside.
     let mut planes = vec![(facing, 0.0)];
     let mut add = |normal: DVec3, offset: f64| {
+        // Half way to the source is surely inside, and tells which side is meant.
         let side = normal.dot(centre * 0.5) + offset;
         if side != 0.0 && normal.length() > 0.0 {
             planes.push((normal * side.signum(), offset * side.signum()));
@@ -123,6 +125,7 @@ fn shaft(points: &[DVec3], facing: DVec3, here: DVec3) -> Shaft {
         add(across.cross(*b), 0.0);
         let beyond = across.cross(*b - *a);
         add(beyond, -beyond.dot(*a));
+        // From a point a segment is seen through a triangle: a shaft without thickness.
         planes.extend([(across, 0.0), (-across, 0.0)]);
     } else {
         let beyond = (points[1] - points[0]).cross(points[2] - points[0]);

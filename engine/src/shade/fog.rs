@@ -52,9 +52,11 @@ impl FogHeight {
     /// The length of the way through fog of the full density that weakens light as much as a straight way
     /// of `length` between two heights.
     fn thinned(&self, length: f64, from: f64, to: f64) -> f64 {
+        // exp(80) is thick enough, and stays finite in what follows.
         let thin = |y: f64| math::exp((-(y - self.level) / self.falloff).min(80.0));
         let rise = (to - from) / self.falloff;
         // The mean of the exponential between the ends.
+        // A level way would be 0 over 0.
         let mean = if rise.abs() < 1e-6 { thin(from) } else { (thin(from) - thin(to)) / rise };
         length * mean
     }
@@ -71,6 +73,7 @@ impl Fog {
         if let FogLaw::Linear(end) = self.law {
             let left = |way: f64| (1.0 - way / (f64::from(end) - start)).max(0.0);
             let (first, both) = (left(gone), left(gone + rest));
+            // The way on and the way before multiply to what the whole way leaves.
             return if f64::from(end) > start && first > 0.0 { (both / first) as f32 } else { 0.0 };
         }
         let [from, to] = heights;

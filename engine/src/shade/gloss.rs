@@ -48,12 +48,17 @@ pub(super) fn sent(finish: Finish, at: &Receiver, to_eye: DVec3, sample: &Sample
             let half = (to_light + to_eye).normalize_or_zero();
             let (n_h, v_h) = (at.normal.dot(half).max(0.0), to_eye.dot(half).max(0.0));
             let alpha = f64::from(roughness.clamp(0.0, 1.0));
+            // Roughness is the square root of alpha, as glTF and Disney have it. The floor keeps
+            // the lobe of a mirror finite.
             let a2 = (alpha * alpha * alpha * alpha).max(1e-8);
             let d = n_h * n_h * (a2 - 1.0) + 1.0;
             let distribution = a2 / (d * d);
             let smith = n_l * (n_v * n_v * (1.0 - a2) + a2).sqrt()
                 + n_v * (n_l * n_l * (1.0 - a2) + a2).sqrt();
+            // GGX with Smith's height-correlated term (Heitz 2014), times pi, as this is an
+            // illuminance.
             let lobe = distribution * 0.5 / smith.max(1e-12);
+            // Schlick (1994).
             let grazing = math::pow(1.0 - v_h.min(1.0), 5.0);
             let part = |share: f64| sample.irradiance * (lobe * share) as f32;
             [part(1.0 - grazing), part(grazing)]

@@ -250,11 +250,13 @@ impl Deviation {
         if self.open <= 0.0 {
             return 0.0;
         }
+        // One sample says nothing of its error: half is the most that a share is off in the mean.
         if self.count < 2 {
             return 0.5;
         }
         let share = self.reaches / self.open;
         let [open, both, reaches] = self.products;
+        // The sum of (reaches - share open)^2, multiplied out.
         let squares = reaches - 2.0 * share * both + share * share * open;
         let count = self.count as f32;
         (squares.max(0.0) * count / (count - 1.0)).sqrt() / self.open
@@ -290,6 +292,7 @@ impl<'a> Lighting<'a> {
     ) -> Lighting<'a> {
         let light = &*lamp.light;
         let world = around.world.filter(|_| !light.is_everywhere());
+        // A disc counts as one place where shadows are sharp anyhow.
         let is_soft = matches!(shader.shadows, Shadows::Analytic | Shadows::Rays(_));
         let from = light.toward().filter(|_| !is_soft || light.disc().is_none());
         let exact = match (shader.shadows, from, world) {
@@ -343,6 +346,7 @@ impl<'a> Lighting<'a> {
         // No light from behind a face, whatever its interpolated normal says; leaves lie all ways.
         let is_behind = |toward| self.fragments.cards.is_empty() && !spot.faces(toward);
         let whole = if self.from.is_some_and(is_behind) { Color::BLACK } else { whole };
+        // Most fragments are turned away from most lamps: for these no shadow is looked for.
         if whole == Color::BLACK || self.light.is_everywhere() {
             return ReceivedByOne { diffuse: whole, ..ReceivedByOne::default() };
         }
@@ -486,6 +490,7 @@ fn passes(
             };
             let opacity = shadow::opacity(surfaces, fragments.view, casters, hit.piece, met);
             through *= 1.0 - opacity;
+            // Behind what is opaque nothing more is met.
             through > 0.0
         });
         if through <= 0.0 {

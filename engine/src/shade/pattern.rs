@@ -34,6 +34,7 @@ impl Spread {
             true => view.world_direction(DVec3::NEG_Z),
             false => there - view.camera().position,
         };
+        // Then moved along the line of sight onto the face's plane.
         let t = normal.dot(fragments.position[i] - there) / normal.dot(along);
         Some(there + along * t).filter(|point| point.is_finite())
     }
@@ -66,6 +67,8 @@ impl Pattern {
         match &fragments.sight {
             None => Pattern::new(fragments.x[i], fragments.y[i]),
             Some(_) => {
+                // What rays met has the screen place of what they came from: many would share a
+                // pattern.
                 let [x, y, z] = fragments.position[i].to_array().map(f64::to_bits);
                 Pattern::from_seed(x ^ y.rotate_left(21) ^ z.rotate_left(42))
             }
@@ -96,6 +99,7 @@ impl Pattern {
                 second ^= direction;
             }
             bits >>= 1;
+            // The next direction number of Sobol's second dimension.
             direction ^= direction >> 1;
         }
         let unit = |bits: u32| f64::from(bits) / 4_294_967_296.0;

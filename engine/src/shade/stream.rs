@@ -250,6 +250,7 @@ impl Shader for Stream {
         }
         let old = std::mem::replace(&mut fragments.color, made.color);
         if let Some(layers) = &mut fragments.layers {
+            // Layers are to go on summing to the colour.
             let factor = |old: f32, new: f32| if old > 0.0 { new / old } else { 0.0 };
             let new = &fragments.color;
             layers.map(|i, layer| {

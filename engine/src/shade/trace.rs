@@ -104,6 +104,7 @@ impl Shader for Trace {
         let mut mirrored = vec![Color::BLACK; fragments.len()];
         let mut shown: Option<TracedColors> = None;
         let mut next = 0;
+        // A slice of fragments at a time: what all rays of a batch meet could fill the memory.
         while next < fragments.len() {
             let key = self.key(world, around, next);
             let rays = self.rays(fragments, around.batch, &mut mirrored, &mut next);
@@ -144,6 +145,8 @@ impl Trace {
         mirrored: &mut [Color],
         next: &mut usize,
     ) -> Vec<Followed> {
+        // Only what the camera sees has many rays: with several at each turn they would grow as a
+        // power.
         let is_first = fragments.sight.is_none();
         let count = if is_first { self.rays.max(1) } else { 1 };
         let mut rays = Vec::new();
@@ -217,6 +220,8 @@ impl Trace {
             }
             let ray = Ray::new(followed.origin, followed.direction, f64::INFINITY);
             let mut last = (0.0, 0, 0);
+            // What is left of its weight: behind many panes the ray ends as it would for a dark
+            // mirror.
             let mut left = followed.weight.greatest();
             for _ in 0..MOST_LAYERS {
                 let Some((at, hit)) = nearest(&finders, &ray, followed.plane, last) else { break };
@@ -231,6 +236,7 @@ impl Trace {
                 let width = (fragments.width(followed.fragment) + hit.t * widens) as f32;
                 let rays = surfaces.rays();
                 let part = rays.and_then(|rays| rays.met(known.face, sees_front, position));
+                // A back that its material leaves out: the ray goes on.
                 let Some(seen) = part else { continue };
                 // A seal that lets something through shows the face that it lies on.
                 let below = (seen != known.face).then_some(known.face);
@@ -260,6 +266,7 @@ impl Trace {
                 let width = (FAR * fragments.view.pixel_width(0.0).1 * fragments.pixel.x) as f32;
                 let ray = number as u32;
                 all.push(Met { ray, caster, ordinal, sees_front, way, position, width });
+                // Nothing lies behind the last of them, so nobody asks how much it hides.
                 if place + 1 < beyond.len() {
                     let from = followed.origin;
                     let met = Meeting { ordinal, sees_front, from, position, width };
@@ -318,6 +325,7 @@ impl Trace {
                 left = left * (1.0 - seen.alpha[i]);
                 next += 1;
             }
+            // What goes on for ever through what absorbs is gone.
             let left = left * absorbed(ray.absorb, f32::INFINITY);
             if left.greatest() > 0.0 {
                 shown.add_rest(ray.fragment, left * self.beyond(ray.direction));
@@ -335,6 +343,7 @@ impl Trace {
 }
 
 fn absorbed(absorb: Color, way: f32) -> Color {
+    // The test spares 0 times infinity, which is NaN.
     let left = |absorb: f32| if absorb > 0.0 { math::expf(-absorb * way) } else { 1.0 };
     Color::new(left(absorb.r), left(absorb.g), left(absorb.b))
 }
@@ -350,6 +359,8 @@ fn nearest(
     for (at, finder) in finders.iter().enumerate() {
         let casters: &Casters = finder.casters();
         let found = finder.nearest(ray, |hit| {
+            // Surfaces that coincide have one t: member and number tell them apart, and each is met
+            // once.
             (hit.t, at, hit.piece) > last && !shadow::lies_in(casters, hit.piece, plane)
         });
         if let Some(hit) = found
@@ -395,6 +406,7 @@ impl TracedSurface {
         let sine2 = ratio * ratio * (1.0 - cos * cos);
         let inner = (sine2 < 1.0).then(|| (1.0 - sine2).sqrt());
         let bounce = |normal: DVec3| along + normal * (2.0 * cosine(normal));
+        // Smooth normals may send a mirrored ray into the face itself.
         let mirrored = match bounce(normal) {
             way if way.dot(self.facing) > 0.0 => way,
             _ => bounce(self.facing),
@@ -532,6 +544,7 @@ fn blend(fragments: &mut Fragments<'_>, mirrored: &[Color], shown: TracedColors)
             if alpha >= 1.0 {
                 return (own, 1.0);
             }
+            // What is mirrored hides what is behind, even where the surface itself is clear.
             let hides = 1.0 - (1.0 - alpha) * (1.0 - mirrored[i].greatest().min(1.0));
             fragments.alpha[i] = hides;
             if hides > 0.0 { (own * (alpha / hides), 1.0 / hides) } else { (own, 0.0) }

@@ -74,6 +74,7 @@ fn is_of(channels: &BTreeSet<Channel>, name: &str, samples: &Samples) -> bool {
 /// The warning for a whole picture that shows nothing.
 fn blank(image: &Image) -> Option<&'static str> {
     let is_whole = image.window == Window::whole(image.size.0, image.size.1);
+    // A small part of a picture may well be of one colour.
     if !is_whole || image.window.area() < 64 || image.float("R").is_none() {
         return None;
     }
@@ -156,6 +157,7 @@ impl Node for Write {
             .map(|(name, _)| name.to_owned())
             .collect();
         if !unasked.is_empty() {
+            // The value may be kept for others: what is changed is a copy.
             let own = Arc::make_mut(&mut image);
             unasked.iter().for_each(|name| drop(own.remove(name)));
         }

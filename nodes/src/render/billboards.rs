@@ -133,6 +133,7 @@ impl Billboards {
         };
         let mut trees: Vec<Tree> = self.trees.iter().map(one).collect();
         for (number, row) in self.rows.iter().enumerate() {
+            // Each row has chances of its own: changing one leaves the others as they are.
             let mut chance = Chance::new(self.seed ^ (number as u64) << 32);
             let pick = self.picks(&row.pictures, row.heights);
             let mut rest = 0.0;
@@ -148,6 +149,7 @@ impl Billboards {
                         return Err(Error::invalid(format!("`rows`: more than {MOST} trees")));
                     }
                 }
+                // Trees stay evenly apart round the corners of a row.
                 rest -= length;
             }
         }

@@ -86,6 +86,7 @@ fn middles(image: &SpanImage) -> Vec<DVec3> {
     let [low, high] = bounds.unwrap_or_default();
     let eighths =
         (0..8).map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2)));
+    // Places where a room is, rather than its walls.
     let shares = eighths.map(|k| 0.25 + 0.5 * k).chain([DVec3::splat(0.5)]);
     shares.map(|share| low + share * (high - low)).collect()
 }
@@ -109,6 +110,7 @@ fn declared(lamp: &Lamp, middles: impl FnOnce() -> Vec<DVec3>) -> f64 {
     };
     let mut lux: Vec<f64> = places.into_iter().map(most).collect();
     lux.sort_by(f64::total_cmp);
+    // The median: a place right beside the lamp would count for all.
     f64::from(lamp.strength.luminance()) * lux[lux.len() / 2]
 }
 
@@ -129,6 +131,7 @@ fn doubts(lamps: &[Lamp]) -> Vec<String> {
     // With several it is not known which is the sun.
     if let [(sun, toward)] = suns[..] {
         for (sky, own) in lamps.iter().filter_map(|lamp| Some((lamp, lamp.light.sun()?))) {
+            // About two degrees.
             if own.dot(toward) < 0.9994 {
                 let [x, y, z] = toward.to_array().map(|v| (v * 1000.0).round() / 1000.0 + 0.0);
                 doubts.push(format!(

@@ -157,6 +157,7 @@ impl Layers {
             };
             for (at, channel) in header.channels.list.iter().enumerate() {
                 let name = channel.name.to_string();
+                // Layers may lie in layers: only the last word is the component.
                 let (prefix, component) = name.rsplit_once('.').unwrap_or(("", &name));
                 let mut layer: Vec<&str> =
                     prefix.split('.').filter(|word| !word.is_empty()).collect();
@@ -167,6 +168,7 @@ impl Layers {
                             view = (*own).to_owned();
                             layer.pop();
                         }
+                        // The specification: channels without a view's name are of the first.
                         None => view.clone_from(first),
                     }
                 }
@@ -301,6 +303,8 @@ impl Layers {
             }
             None => {
                 let has_color = |name: &str, own: &[&Channel]| {
+                    // Cryptomatte has channels called red, green and blue that hold ids and
+                    // coverages.
                     let is_crypto = name.to_ascii_lowercase().contains("crypto");
                     let is_light = own.iter().any(|c| {
                         color_of(&c.component).is_some_and(|k| k < 3) || c.component == "Y"

@@ -332,6 +332,7 @@ fn full(plane: Plane, header: &Header, at: usize) -> Plane {
         }
     };
     let (w, h) = (width / across, height / down);
+    // Along rows first, then along columns: the filter is a product.
     let rows: Vec<f32> = values.chunks_exact(w).flat_map(|row| between(row, across)).collect();
     let mut all = vec![0.0; width * height];
     for x in 0..width {
@@ -381,6 +382,7 @@ fn spread_luminance(picture: &mut Image, has_chroma: bool, own: Primaries) -> Re
     let made: Vec<[f32; 3]> = (0..picture.window.area())
         .map(|at| {
             let [y, ry, by] = channels.map(|values| f64::from(values[at]));
+            // RY is (R - Y) / Y, and BY alike; green is what is then missing to Y.
             let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
             let g = (y - r * weights.x - b * weights.z) / weights.y;
             [r, g, b].map(|v| v as f32)

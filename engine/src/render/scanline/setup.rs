@@ -105,6 +105,8 @@ impl<'a> Setup<'a> {
     ) -> Setup<'a> {
         let geometry = &*instance.geometry;
         let eye = view.eye_from_object(&instance.world_from_object);
+        // Planes are computed from supports, not from projected corners: coplanar faces get one
+        // plane, bit for bit.
         let normals = normal_matrix(&eye.matrix3);
         let project = |point: &DVec3| view.project(eye.transform_point3(*point));
         let vertices = geometry.mesh().points.par_iter().with_min_len(4096).map(project).collect();

@@ -87,6 +87,7 @@ pub(super) fn build(reader: &mut Reader, cities: &[City], lod: Option<f64>) -> R
     let points: Vec<Vec<DVec3>> = cities
         .iter()
         .map(|city| {
+            // Features take the transform of the first line.
             let placement = city.transform.as_ref().or(shared);
             city.vertices.iter().map(|v| place(*v, placement)).collect()
         })
@@ -177,6 +178,7 @@ impl<'a> Builder<'a> {
             let message = format!("object \"{name}\" is nested more than {DEEPEST} deep");
             return Err(self.reader.fault(message));
         }
+        // Files exist in which two parents name one child.
         if !self.placed.insert(name) {
             return Ok(None);
         }

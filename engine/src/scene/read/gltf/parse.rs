@@ -119,7 +119,9 @@ fn make_plain(value: &mut Value) {
         Value::Number(number) => {
             if let Some(float) = number.as_f64().filter(|_| number.is_f64())
                 && float.fract() == 0.0
+                // Beyond 2^53 a float does not tell whole numbers apart.
                 && float.abs() < 9e15
+                // A whole number has no negative zero.
                 && !(float == 0.0 && float.is_sign_negative())
             {
                 *value = Value::from(float as i64);

@@ -70,8 +70,7 @@ impl Draft {
     }
 
     fn alpha(&mut self, tell: &mut dyn FnMut(&str)) {
-        // `Tr` came later and says the opposite of `d`. Exporters disagree about which way round it
-        // is.
+        // `Tr` says the opposite of `d`, and some exporters write it the other way round.
         let clear = self.tr.map(|tr| 1.0 - tr);
         if let (Some(d), Some(clear)) = (self.d, clear)
             && (d - clear).abs() > 1e-3

@@ -120,7 +120,7 @@ impl Body {
         values: &mut Values<'_>,
     ) -> Result<()> {
         let Element { name, count, properties, line } = element;
-        // Without properties no bytes are taken, and any count would pass the test below.
+        // Without properties it takes no bytes, and the test below would refuse it.
         if properties.is_empty() {
             return Ok(());
         }
@@ -234,7 +234,7 @@ impl Body {
                 let list = list(property, values)?;
                 if Some(i) == indices {
                     self.faces.push(self::indices(&list, values)?);
-                // MeshLab writes an empty list for a face without a picture.
+                // An empty list leaves the face without coordinates.
                 } else if Some(i) == corners && !list.is_empty() {
                     self.corners.insert(at, list.iter().map(|v| *v as f32).collect());
                 } else if Some(i) == picture {
