@@ -107,8 +107,7 @@ impl Light for Disc {
 
     fn sample(&self, at: &Receiver, choice: DVec2) -> Sample {
         let round = choice.x * TAU;
-        // Spread over the disc as it projects onto the plane that faces it: by the square root, as
-        // areas.
+        // Spread evenly over the disc as it projects onto the plane that faces it.
         let across = math::sin(self.radius) * choice.y.sqrt();
         let along = (1.0 - across * across).sqrt();
         let (u, v) = self.toward.any_orthonormal_pair();

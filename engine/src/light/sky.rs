@@ -235,7 +235,6 @@ fn relative(model: SkyModel, direction: DVec3, sun: DVec3, clear: f64) -> Parts 
         }
         SkyModel::Blend(share) => {
             // Both as they are over an open plane, so that the share is one of light.
-            // In units of what it gives to an open plane.
             let bright = general(12, up, from_sun, sun_zenith) / clear;
             // An overcast sky with a zenith of 1 gives an open plane 7 pi / 9.
             let dull = (1.0 + 2.0 * up) / 3.0 / (7.0 * PI / 9.0);

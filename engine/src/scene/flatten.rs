@@ -277,7 +277,7 @@ impl Flattening<'_> {
         };
         let Some((geometry, palette)) = ready else { return Ok(()) };
         geometry.check_place(&here.world)?;
-        // If the cast wraps, the test below refuses the scene.
+        // Exact: the test below ends the scene before it would wrap.
         let first_ordinal = self.parts as u32;
         self.parts += u64::from(geometry.part_count());
         if self.instances.len() >= MAX_INSTANCES || self.parts >= u64::from(u32::MAX) {

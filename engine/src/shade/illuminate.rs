@@ -250,7 +250,8 @@ impl Deviation {
         if self.open <= 0.0 {
             return 0.0;
         }
-        // One sample says nothing of its error: half is the most that a share is off in the mean.
+        // One sample says nothing of its error: a half is the greatest deviation that a share can
+        // have.
         if self.count < 2 {
             return 0.5;
         }

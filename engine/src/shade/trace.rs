@@ -220,8 +220,7 @@ impl Trace {
             }
             let ray = Ray::new(followed.origin, followed.direction, f64::INFINITY);
             let mut last = (0.0, 0, 0);
-            // What is left of its weight: behind many panes the ray ends as it would for a dark
-            // mirror.
+            // What is left of its weight, so that a ray ends behind many panes too.
             let mut left = followed.weight.greatest();
             for _ in 0..MOST_LAYERS {
                 let Some((at, hit)) = nearest(&finders, &ray, followed.plane, last) else { break };

@@ -133,7 +133,6 @@ impl SceneSurfaces {
         let place = &self.places[at];
         let front = instance.geometry.normal(face);
         let carries = !(mesh.colors.is_empty() && mesh.normals.is_empty())
-            // Without a picture nobody asks for texture coordinates, and most faces need no frame.
             || ((maps.is_some() || is_divided) && !mesh.uvs.is_empty());
         let interpolates = edge.is_none() && carries;
         let frame = interpolates.then(|| Frame::new(mesh, mesh.outline(face), front));
