@@ -42,7 +42,7 @@ impl SeenSky {
 /// How much of a pixel a disc covers, both in the plane that the disc lies in.
 fn share(direction: DVec3, [right, down]: [DVec3; 2], toward: DVec3, radius: f64) -> f64 {
     let reach = (right.length() + down.length()) / 2.0;
-    // The disc may be a hundredth of a degree wide, where an arc cosine is noise.
+    // An arc cosine loses half of the digits of small angles, and the disc may be tiny.
     let from = math::atan2(direction.cross(toward).length(), direction.dot(toward));
     if from >= radius + 2.0 * reach {
         return 0.0;

@@ -94,9 +94,8 @@ pub fn direction(moment: Moment, latitude: f64, longitude: f64, north: f64) -> R
     }
     let n = moment.0;
     let turn = |degrees: f64| degrees.rem_euclid(360.0).to_radians();
-    // The Almanac's low precision formulas: mean longitude and anomaly, then the ellipse's
-    // correction,
-    // then the tilt of the axis.
+    // The Almanac's low precision formulas: mean longitude and anomaly, the correction for the
+    // ellipse, the tilt of the axis.
     let mean = 280.460 + 0.985_647_4 * n;
     let anomaly = turn(357.528 + 0.985_600_3 * n);
     let longitude_of_sun =

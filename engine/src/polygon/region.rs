@@ -130,9 +130,8 @@ impl<'p> Grid<'p> {
         let rings =
             holes.iter().zip(ends).map(|(start, end)| &rest[*start as usize - base..end - base]);
         let holes: Vec<Vec<Contour>> = rings.flat_map(even_odd).collect();
-        // 1. Outline and holes each by the even-odd rule, so that rings that cross themselves mean
-        // what
-        // they do alone. 2. All holes together, however often they cover a place. 3. The
+        // 1. Outline and holes, each by the even-odd rule, so that rings that cross themselves mean
+        // what they do alone. 2. All holes together, however often they cover a place. 3. The
         // difference.
         Overlay::from_subj_and_clip_custom(&outline, &holes, options(), Default::default())
             .overlay(OverlayRule::Difference, FillRule::NonZero)

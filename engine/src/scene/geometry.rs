@@ -115,8 +115,7 @@ impl Geometry {
         }
         let mut faults = Faults::default();
         // 1. Faces become planar and affine. 2. Faces of one plane get one support. 3. Parts are
-        // numbered.
-        // Supports come second: dividing a face makes new planes.
+        // numbered. Supports come second, as dividing a face makes new planes.
         let mesh = flat_and_affine(mesh, &mut faults)?;
         let (supports, support_of) = planes::shared(&mesh);
         let bounds = bounds(&mesh);

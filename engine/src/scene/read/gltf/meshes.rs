@@ -69,9 +69,8 @@ impl Builder<'_> {
             self.reader.note(format!("{what} has no data: all its points are one, it is left out"));
             return Ok(Mesh::default());
         }
-        // 1. Vertices that are used. 2. Morph targets. 3. The skin. 4. Normals of length 1, which
-        // morphing
-        // and skinning do not keep. The specification asks for this order.
+        // 1. Vertices that are used. 2. Morph targets. 3. The skin, which the specification applies
+        // to what is morphed. 4. Normals of length 1, which neither keeps.
         let (corners, used) = self.corners(&positions, indices.as_ref())?;
         let points = used.iter().map(|i| DVec3::from(positions.floats(*i as usize))).collect();
         let mut mesh = Mesh { points, ..Mesh::default() };
