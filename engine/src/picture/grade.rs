@@ -44,7 +44,8 @@ impl Grade {
             Color::new(finite(lit.r), finite(lit.g), finite(lit.b))
         };
         let change = |pixel: [f32; 4]| {
-            // Without this, edges would be graded as if they were darker.
+            // Alpha goes out before the change and in again after it, or edges would be graded as
+            // if they were darker.
             let done = mixed(bent(lit(pixel))) * pixel[3];
             [done.r, done.g, done.b, pixel[3]]
         };

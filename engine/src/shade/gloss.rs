@@ -48,7 +48,7 @@ pub(super) fn sent(finish: Finish, at: &Receiver, to_eye: DVec3, sample: &Sample
             let half = (to_light + to_eye).normalize_or_zero();
             let (n_h, v_h) = (at.normal.dot(half).max(0.0), to_eye.dot(half).max(0.0));
             let alpha = f64::from(roughness.clamp(0.0, 1.0));
-            // The squared alpha of GGX, whose square root is roughness, as in glTF. The floor keeps
+            // The square of GGX's alpha, which is roughness squared, as in glTF. The floor keeps
             // the lobe of a mirror finite.
             let a2 = (alpha * alpha * alpha * alpha).max(1e-8);
             let d = n_h * n_h * (a2 - 1.0) + 1.0;

@@ -82,7 +82,7 @@ fn stored(name: &str, samples: &Samples, bits: Option<u32>) -> FlatSamples {
     }
     let is_exact = match bits {
         Some(32) => true,
-        // 16 bits are asked for colours; distances and the like would be harmed.
+        // The number of bits is about colours: other numbers keep those that their file had.
         Some(_) => samples.is_exact() && !Channel::is_color(name),
         None => samples.is_exact(),
     };

@@ -52,8 +52,8 @@ pub(super) fn turn(strips: &[Strip], segments: u32, angle: f64) -> Result<Mesh> 
                 mesh.add_polygon(&[a, c, d], None)?;
             } else if strip.to[0] == 0.0 {
                 mesh.add_polygon(&[a, b, c], None)?;
-            // Only upright walls have normals that are affine over a quadrilateral.
             } else if strip.from[0] == strip.to[0] && strip.normals[0] == strip.normals[1] {
+                // Only upright walls have normals that are affine over a quadrilateral.
                 mesh.add_polygon(&[a, b, c, d], None)?;
             } else {
                 mesh.add_polygon(&[a, b, c], None)?;

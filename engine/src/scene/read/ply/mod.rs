@@ -234,8 +234,8 @@ impl Body {
                 let list = list(property, values)?;
                 if Some(i) == indices {
                     self.faces.push(self::indices(&list, values)?);
-                // An empty list leaves the face without coordinates.
                 } else if Some(i) == corners && !list.is_empty() {
+                    // An empty list leaves the face without coordinates.
                     self.corners.insert(at, list.iter().map(|v| *v as f32).collect());
                 } else if Some(i) == picture {
                     self.pictures.insert(at, list[0].max(0.0) as u32);
