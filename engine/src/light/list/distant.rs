@@ -259,6 +259,7 @@ impl MakeLamp for SkyLight {
     fn check(&self) -> Result<()> {
         let sun = match self.sun {
             SkySun::Toward(sun) => sun,
+            // Where that light stands is not known here: any place above the horizon will do.
             SkySun::Of(_) => DVec3::Y,
         };
         let known = SkyLight { picture: None, sun: SkySun::Toward(sun), ..self.clone() };
@@ -303,6 +304,7 @@ impl MakeLamp for SkyLight {
             let needs_sun = !matches!(model, SkyModel::Uniform | SkyModel::Overcast);
             LightFault::new(if needs_sun && sun.y < 0.0 { "sun" } else { "model" }, e)
         })?;
+        // A temperature is the colour of the whole sky, in place of its blue.
         let sky = if self.temperature.is_none() { sky.colored() } else { sky };
         let strength = strength("illuminance", self.illuminance, self.color, self.temperature)?;
         Ok(lamp(name, self.on, strength, sky))

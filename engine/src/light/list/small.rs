@@ -79,6 +79,7 @@ fn lamp_frame(aim: DVec3, up: Option<DVec3>, rotation: f64) -> Result<DMat3> {
         None => across(DVec3::Y).or_else(|| across(DVec3::NEG_Z)).unwrap_or(DVec3::X),
     };
     let above = above.normalize();
+    // Seen along the aim, with what is above up.
     let right = aim.cross(above);
     let (sin, cos) = (math::sin(rotation.to_radians()), math::cos(rotation.to_radians()));
     let (right, above) = (right * cos - above * sin, above * cos + right * sin);
@@ -94,6 +95,7 @@ fn measured(LampFile(file): &LampFile, directory: &Path, frame: DMat3) -> Result
 
 impl MakeLamp for PointLight {
     fn check(&self) -> Result<()> {
+        // The numbers alone: files are read when the light is made.
         PointLight { lamp: None, ..self.clone() }.lamp("", Path::new("")).map(drop)
     }
 
@@ -109,6 +111,7 @@ impl MakeLamp for PointLight {
                 let whole = if self.flux.is_some() { of.photometry.flux() } else { 1.0 };
                 (Beam::Measured(of), whole)
             }
+            // One candela all round is 4 pi lumen.
             None => (Beam::All, 4.0 * std::f64::consts::PI),
         };
         let (what, value) = match (self.intensity, self.flux) {

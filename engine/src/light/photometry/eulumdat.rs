@@ -14,6 +14,7 @@ impl<'t> Lines<'t> {
             Error::invalid(format!("line {}: the file ends before {what}", self.lines.len()))
         })?;
         self.next += 1;
+        // DOS ended texts with this letter.
         Ok(line.trim().trim_end_matches('\u{1a}'))
     }
 
@@ -103,6 +104,7 @@ pub(super) fn parse(text: &str) -> Result<Photometry> {
     for _ in 0..10 {
         lines.number("a direct ratio")?;
     }
+    // All planes are listed, also those that symmetry leaves out of the intensities.
     let all = lines.angles("C", planes, 360.0)?;
     let vertical = lines.angles("gamma", count, 180.0)?;
     // Which planes are there.
@@ -118,6 +120,7 @@ pub(super) fn parse(text: &str) -> Result<Photometry> {
         4 if planes % 4 == 0 => (0, planes / 4 + 1),
         _ => return Err(fault(&lines)),
     };
+    // Intensities are in candela per 1000 lumen of the lamps. A factor of 0 means none.
     let per_kilolumen = flux / 1000.0 * if factor > 0.0 { factor } else { 1.0 };
     let mut read: Vec<(f64, Vec<f32>)> = Vec::new();
     for plane in 0..stored {

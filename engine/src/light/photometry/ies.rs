@@ -101,6 +101,7 @@ pub(super) fn parse(text: &str) -> Result<Photometry> {
     let mut numbers = Numbers::new(&lines, tilt + 1);
     let how = lines[tilt].trim_start()[5..].trim();
     match how.to_ascii_uppercase().as_str() {
+        // Editions before 1991 may leave the word out.
         "NONE" | "" => {}
         "INCLUDE" => {
             // How the lamps' flux changes when the luminaire is tilted: ours are as measured.
@@ -161,6 +162,7 @@ pub(super) fn parse(text: &str) -> Result<Photometry> {
         if value <= 0.0 {
             return Err(numbers.fault(&format!("{what} is {value}: must be above 0")));
         }
+        // Measured candela are those of a reference ballast.
         factor *= value;
     }
     let watts = numbers.next("the input watts")?;
@@ -191,6 +193,7 @@ pub(super) fn parse(text: &str) -> Result<Photometry> {
             candela.push((value * factor).min(f64::from(f32::MAX)) as f32);
         }
     }
+    // -1 stands for absolute photometry: the candela hold as they are.
     let lamp_flux = (per_lamp >= 0.0).then_some(lamps * per_lamp);
     let about = About { format, text, lamp_flux, stated_flux: None, watts, size };
     Ok(Photometry::new(kind, vertical, horizontal, candela, about))

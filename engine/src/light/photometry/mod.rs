@@ -142,6 +142,7 @@ impl Photometry {
             }
         }
         planes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // Planes on the axes of symmetry are their own mirror images.
         planes.dedup_by(|a, b| (a.0 - b.0).abs() < 1e-6);
         self.take(planes);
     }
@@ -149,6 +150,7 @@ impl Photometry {
     /// Completes planes from 0 to 90 degrees to both sides.
     fn mirror_half(&mut self) {
         if self.horizontal[0] == 0.0 && self.horizontal.len() > 1 {
+            // The plane at 0 stands once: it lies in the mirror.
             let mirrored = (1..self.horizontal.len()).rev().map(|at| (-self.horizontal[at], at));
             let planes =
                 mirrored.chain(self.horizontal.iter().copied().zip(0..)).collect::<Vec<_>>();
@@ -178,6 +180,8 @@ impl Photometry {
         let arc_sine = |v: f64| 90.0 - degrees(math::acos(v.clamp(-1.0, 1.0)));
         let (vertical, horizontal) = match self.kind {
             Goniometer::A => (arc_sine(d.y), degrees(math::atan2(d.x, d.z))),
+            // Type B's poles lie to the sides, type A's above and below: the two angles change
+            // places.
             Goniometer::B => (degrees(math::atan2(d.y, d.z)), arc_sine(d.x)),
             Goniometer::C => (
                 degrees(math::acos(d.z.clamp(-1.0, 1.0))),
@@ -191,6 +195,7 @@ impl Photometry {
             f64::from(plane[low]) * (1.0 - along) + f64::from(plane[next]) * along
         };
         let count = self.horizontal.len();
+        // One plane says that the lamp is alike all round its aim.
         if count == 1 {
             return within(0);
         }
