@@ -101,7 +101,7 @@ pub(super) fn parse(text: &str) -> Result<Photometry> {
     let mut numbers = Numbers::new(&lines, tilt + 1);
     let how = lines[tilt].trim_start()[5..].trim();
     match how.to_ascii_uppercase().as_str() {
-        // Editions before 1991 may leave the word out.
+        // Some files leave the word out.
         "NONE" | "" => {}
         "INCLUDE" => {
             // How the lamps' flux changes when the luminaire is tilted: ours are as measured.
