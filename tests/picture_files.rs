@@ -10,6 +10,7 @@ use spandrel_engine::scene::{Map, Picture, read};
 use spandrel_engine::texture::{Mapping, TextureFilter};
 use spandrel_tests::data;
 use spandrel_tests::png;
+use spandrel_tests::program::Scratch;
 use spandrel_tests::scenes::painted_faces;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -410,4 +411,18 @@ fn plates_of_one_colour_are_small_and_sound() {
         file::write(&plate, &path, Some(bits)).unwrap();
         assert_eq!(file::read(&path).unwrap().rgba(4000, 1000), [0.25, 0.5, 0.0, 1.0]);
     }
+}
+
+#[test]
+fn faces_of_a_ply_without_a_picture_have_none() {
+    let folder = Scratch::new("ply-texnumber");
+    let path = folder.path().join("a.ply");
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 3\nproperty float x\nproperty float y\n\
+                property float z\nelement face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+                property int texnumber\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 0 0 1 0\n3 0 2 1 6 0 0 0 0 0 0 -1\n";
+    std::fs::write(&path, text).unwrap();
+    let scene = spandrel_engine::scene::read::scene(&path, None, "", &read::ReadOptions::default())
+        .unwrap();
+    let mesh = scene.instances[0].geometry.mesh();
+    assert_eq!([mesh.sides(0).front, mesh.sides(1).front], [Some(0), None]);
 }

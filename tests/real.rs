@@ -66,11 +66,11 @@ fn picture(scenes: &[Arc<Scene>], name: &str) -> Image {
 }
 
 fn shaded_picture(scenes: &[Arc<Scene>], name: &str, shader: Illuminate) -> Image {
-    let view = view(scenes, 640, 480);
+    let view = view(scenes, 320, 240);
     let clusters: Vec<SpanImage> = scenes
         .iter()
         .map(|scene| {
-            scanline::render(&[scene.clone().into()], &view, RULE.plan().unwrap(), 0..480).unwrap()
+            scanline::render(&[scene.clone().into()], &view, RULE.plan().unwrap(), 0..240).unwrap()
         })
         .collect();
     let merged = SpanImage::merge(&clusters).unwrap().shaded(Arc::new(shader)).unwrap();

@@ -256,6 +256,10 @@ fn faults_of_objects_do_not_hide_each_other() {
     );
     assert_eq!(said.lines().filter(|line| line.contains("not finite")).count(), 2, "{said}");
     assert!(!said.contains("contains itself"), "{said}");
+    // As many as no number counts are too many.
+    let huge = "Array(of: (shape: Box(size: (1, 1, 1))), count: (2147483648, 2147483648, 4), step: (1, 0, 0))";
+    let said = told("", &format!("(name: \"a\", shape: {huge})"));
+    assert!(said.contains("an array of 18446744073709551616"), "{said}");
     // What ends the search comes last, and what was found before it is told.
     let said = told(
         "",

@@ -14,7 +14,9 @@ use spandrel_engine::scene::Scene;
 use spandrel_engine::shade::{Recolor, Stream};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::stream::{Parameter, Program, Variable};
+use spandrel_tests::graphs::Nodes;
 use spandrel_tests::lights::{illuminate, sun};
+use spandrel_tests::program::Scratch;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::{front_view, polygons, random_faces, scene};
 use std::collections::{BTreeMap, BTreeSet};
@@ -435,4 +437,25 @@ fn programs_are_kept_with_their_spans() {
         )
         .is_err()
     );
+}
+
+#[test]
+fn texture_coordinates_are_the_meshs_own_without_a_picture_on_it() {
+    // A square whose coordinates run the other way than its corners.
+    let folder = Scratch::new("stream-uv");
+    let square = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 1 0\nvt 0 0\nvt 0 1\nvt 1 1\nf 1/1 2/2 3/3 4/4\n";
+    std::fs::write(folder.path().join("s.obj"), square).unwrap();
+    let nodes = Nodes::new(
+        folder.path(),
+        r#""eye": Camera(position: (0, 0, 5), parallel_height: 2), "s": Scanline(scene: "s.obj", camera: "eye"),
+        "c": Stream(image: "s", code: "color = [u, v, 0];"),
+        "p": Resolve(image: "c", size: (8, 8), lines: Sloped(2))"#,
+    );
+    let made = nodes.picture("p", None).unwrap();
+    for (x, y) in [(0, 0), (7, 0), (2, 5)] {
+        let [u, v, ..] = made.image.rgba(x, y);
+        let expected = [1.0 - (x as f32 + 0.5) / 8.0, 1.0 - (y as f32 + 0.5) / 8.0];
+        let near = (u - expected[0]).abs() < 1e-5 && (v - expected[1]).abs() < 1e-5;
+        assert!(near, "{x}, {y}: {u} {v}, {expected:?}");
+    }
 }

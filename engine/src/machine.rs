@@ -2,7 +2,7 @@
 
 /// The bytes of memory that this process may use: those of the machine, or of the group that it runs in; `None`
 /// if the system does not tell.
-pub fn memory() -> Option<u64> {
+pub(crate) fn memory() -> Option<u64> {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let all = read("/proc/meminfo").and_then(|text| {
         let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;

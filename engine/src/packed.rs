@@ -13,7 +13,7 @@ use crate::color::Color;
 ///
 /// # Errors
 /// If they cannot be packed.
-pub fn pack(colors: &[Color]) -> Result<String> {
+pub(crate) fn pack(colors: &[Color]) -> Result<String> {
     let mut packer = ZlibEncoder::new(Vec::new(), Compression::fast());
     let floats = colors.iter().flat_map(|color| color.to_array());
     let bytes: Vec<u8> = floats.flat_map(f32::to_le_bytes).collect();
@@ -25,7 +25,7 @@ pub fn pack(colors: &[Color]) -> Result<String> {
 ///
 /// # Errors
 /// If it is damaged, or holds fewer or more.
-pub fn unpack(text: &str, count: u64) -> Result<Vec<Color>> {
+pub(crate) fn unpack(text: &str, count: u64) -> Result<Vec<Color>> {
     let fault = |what: String| Error::new(ErrorKind::InvalidData, what);
     let packed = BASE64.decode(text).map_err(|e| fault(e.to_string()))?;
     let mut bytes = Vec::new();

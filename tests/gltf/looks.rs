@@ -217,3 +217,20 @@ fn pictures_as_webp_are_shown() {
     assert!(g.iter().all(|v| (v - 1.0).abs() < 1e-3), "{g:?}");
     assert!(r.iter().chain(&b).all(|v| v.abs() < 1e-3));
 }
+
+#[test]
+fn cameras_of_one_name_are_all_there() {
+    let mut made = Made::triangle();
+    made.push(
+        "cameras",
+        json!({"type": "perspective", "name": "eye", "perspective": {"yfov": 1.0, "znear": 0.1}}),
+    );
+    for x in 0..2 {
+        let node = made.push("nodes", json!({"camera": 0, "translation": [x, 0, 5]}));
+        made.json["scenes"][0]["nodes"].as_array_mut().unwrap().push(json!(node));
+    }
+    let cameras = made.scene().cameras;
+    let places: Vec<(&str, f64)> =
+        cameras.iter().map(|(name, c)| (name.as_str(), c.position.x)).collect();
+    assert_eq!(places, [("eye", 0.0), ("eye#2", 1.0)]);
+}

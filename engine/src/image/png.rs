@@ -18,7 +18,6 @@ const MOST_DEFLATED: u64 = 1032;
 /// Rows that are encoded at once.
 const ROWS: u32 = 64;
 
-/// Writes the colour and alpha of a picture; `bits` is 8 or 16.
 /// By how much a code of 8 bits is moved before it is rounded, less than half a step, so that what is a code stays it:
 /// a gradient has no bands. By place alone, so that parts of a picture join (the gradient noise of Jimenez, 2014).
 fn dither(x: u32, y: u32, channel: usize) -> f32 {
@@ -27,6 +26,7 @@ fn dither(x: u32, y: u32, channel: usize) -> f32 {
     0.98 * (noise as f32 - 0.5)
 }
 
+/// Writes the colour and alpha of a picture; `bits` is 8 or 16.
 pub(super) fn write(
     image: &Image,
     bits: u32,

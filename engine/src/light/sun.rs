@@ -43,7 +43,12 @@ impl Moment {
         let lead = match zone {
             "Z" => 0.0,
             zone => {
-                let parts = numbers(&zone[1..], ':').filter(|parts| parts.len() <= 2);
+                let is_zone = |parts: &Vec<f64>| {
+                    !zone.starts_with('Z')
+                        && parts.len() <= 2
+                        && parts[1..].iter().all(|m| *m < 60.0)
+                };
+                let parts = numbers(&zone[1..], ':').filter(is_zone);
                 let parts = parts.ok_or_else(|| fault("has no time zone"))?;
                 let hours = parts[0] + parts.get(1).unwrap_or(&0.0) / 60.0;
                 if zone.starts_with('-') { -hours } else { hours }
@@ -158,6 +163,8 @@ mod tests {
     #[test]
     fn what_is_no_moment_is_refused() {
         for text in [
+            "2026-06-21T12:00Z05:00",
+            "2026-06-21T12:00+09:75",
             "",
             "2026",
             "2026-06-21",

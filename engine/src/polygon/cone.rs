@@ -8,11 +8,15 @@ use glam::DVec3;
 
 /// The space behind a piece: where all planes, a normal and an offset each, are above 0.
 #[derive(Clone, Debug, Default)]
-pub struct Cone(Vec<(DVec3, f64)>);
+pub(crate) struct Cone(Vec<(DVec3, f64)>);
 
 impl Cone {
     /// Makes it the cone of a piece with a normal; false if the piece is seen edge-on, and hides nothing.
-    pub fn behind(&mut self, normal: DVec3, mut corners: impl Iterator<Item = DVec3>) -> bool {
+    pub(crate) fn behind(
+        &mut self,
+        normal: DVec3,
+        mut corners: impl Iterator<Item = DVec3>,
+    ) -> bool {
         let planes = &mut self.0;
         planes.clear();
         let Some(first) = corners.next() else { return false };
@@ -36,7 +40,7 @@ impl Cone {
     }
 
     /// Whether a convex part reaches into it, as far as single planes tell.
-    pub fn meets(&self, part: &[DVec3]) -> bool {
+    pub(crate) fn meets(&self, part: &[DVec3]) -> bool {
         // It may say yes where no single plane separates the two. Then the cut finds nothing
         // inside.
         let is_outside = |plane| part.iter().all(|point| side(plane, point) <= 0.0);
@@ -44,7 +48,11 @@ impl Cone {
     }
 
     /// Cuts a convex part: `left` gets what lies outside of the cone; what lies inside, if anything, is returned.
-    pub fn cut(&self, part: Vec<DVec3>, mut left: impl FnMut(Vec<DVec3>)) -> Option<Vec<DVec3>> {
+    pub(crate) fn cut(
+        &self,
+        part: Vec<DVec3>,
+        mut left: impl FnMut(Vec<DVec3>),
+    ) -> Option<Vec<DVec3>> {
         let mut rest = part;
         for plane in &self.0 {
             if rest.iter().all(|point| side(plane, point) >= 0.0) {
@@ -72,13 +80,13 @@ fn side((normal, offset): &(DVec3, f64), point: &DVec3) -> f64 {
 }
 
 /// Whether points make a segment or a polygon.
-pub fn is_part(points: &[DVec3]) -> bool {
+pub(crate) fn is_part(points: &[DVec3]) -> bool {
     points.len() >= 2 && points.iter().any(|point| *point != points[0])
 }
 
 /// The parts of a segment or a convex polygon on both sides of a plane, on which side each corner is being given:
 /// that where it is not below 0, and that where it is not above.
-pub fn split(points: &[DVec3], sides: &[f64]) -> (Vec<DVec3>, Vec<DVec3>) {
+pub(crate) fn split(points: &[DVec3], sides: &[f64]) -> (Vec<DVec3>, Vec<DVec3>) {
     let (mut inside, mut outside) = (Vec::new(), Vec::new());
     let count = points.len();
     for i in 0..count {

@@ -3,13 +3,13 @@
 mod cone;
 mod region;
 
-pub use cone::{Cone, is_part, split};
+pub(crate) use cone::{Cone, is_part, split};
 use glam::DVec3;
-pub use region::{Area, Corner, areas, triangles};
+pub(crate) use region::{Area, Corner, areas, triangles};
 
 /// Twice the area of a polygon times its normal (Newell): right for concave polygons, and the best
 /// fit to one that is not planar.
-pub fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
+pub(crate) fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
     let Some(origin) = points.clone().next() else { return DVec3::ZERO };
     let next = points.clone().skip(1);
     // From the first corner, so that a far origin costs no digits. The last edge ends there and
@@ -20,7 +20,7 @@ pub fn area_vector(points: impl Iterator<Item = DVec3> + Clone) -> DVec3 {
 /// The unit normal of a polygon's plane, to its front. An outline that crosses itself may enclose as
 /// much one way round as the other; its plane then is that of its widest corner. `None` if all points
 /// lie on a line.
-pub fn plane_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
+pub(crate) fn plane_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
     let area = area_vector(points.clone());
     let origin = points.clone().next()?;
     let reach = points.clone().map(|p| (p - origin).length_squared()).fold(0.0, f64::max);
@@ -39,7 +39,11 @@ pub fn plane_normal(points: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3
 
 /// Whether a point of a polygon's plane lies inside it, by the even-odd rule, or on its outline. Seen along the
 /// axis that its normal follows most.
-pub fn contains(points: impl Iterator<Item = DVec3> + Clone, normal: DVec3, at: DVec3) -> bool {
+pub(crate) fn contains(
+    points: impl Iterator<Item = DVec3> + Clone,
+    normal: DVec3,
+    at: DVec3,
+) -> bool {
     let facing = normal.abs();
     // Dropping the largest axis of the normal shrinks the polygon least.
     let along = (0..3).max_by(|a, b| facing[*a].total_cmp(&facing[*b])).unwrap_or(1);
@@ -63,7 +67,7 @@ pub fn contains(points: impl Iterator<Item = DVec3> + Clone, normal: DVec3, at: 
 
 /// The volume that rings of points enclose, holes among them, below 0 if they run clockwise seen from outside.
 /// `None` if they close no body: every edge then belongs to two that run it in opposite directions.
-pub fn volume<R: Iterator<Item = DVec3> + Clone>(
+pub(crate) fn volume<R: Iterator<Item = DVec3> + Clone>(
     rings: impl Iterator<Item = R> + Clone,
 ) -> Option<f64> {
     let origin = rings.clone().find_map(|mut ring| ring.next())?;

@@ -22,7 +22,7 @@ const BITS: i32 = 50;
 
 /// A corner of an area.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Corner {
+pub(crate) enum Corner {
     /// One that was given, by its place among all points.
     Given(u32),
     /// A point at which two edges cross.
@@ -32,11 +32,11 @@ pub enum Corner {
 /// A connected part of a polygon: an outline that runs counter-clockwise seen from the front, and holes
 /// that run clockwise. No ring meets itself or another but in single points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Area {
+pub(crate) struct Area {
     /// The outline.
-    pub outline: Vec<Corner>,
+    pub(crate) outline: Vec<Corner>,
     /// Holes inside it, apart from each other.
-    pub holes: Vec<Vec<Corner>>,
+    pub(crate) holes: Vec<Vec<Corner>>,
 }
 
 /// A polygon on its grid.
@@ -169,7 +169,7 @@ fn first(holes: &[u32], count: usize) -> usize {
 
 /// The areas of a polygon: `points` are those of its outline, and then those of the holes, each from one of
 /// `holes` on; `normal` points to the front. `None` if it is one area as it is given.
-pub fn areas(points: &[DVec3], holes: &[u32], normal: DVec3) -> Option<Vec<Area>> {
+pub(crate) fn areas(points: &[DVec3], holes: &[u32], normal: DVec3) -> Option<Vec<Area>> {
     let grid = Grid::new(points, normal)?;
     let shapes = grid.shapes(holes);
     if grid.is_as_given(&shapes, holes) {
@@ -188,7 +188,7 @@ pub fn areas(points: &[DVec3], holes: &[u32], normal: DVec3) -> Option<Vec<Area>
 
 /// The region of a polygon, given as for [`areas`], in triangles that run counter-clockwise seen from the front;
 /// their edges are those of a Delaunay triangulation where the polygon leaves the choice.
-pub fn triangles(points: &[DVec3], holes: &[u32], normal: DVec3) -> Vec<[Corner; 3]> {
+pub(crate) fn triangles(points: &[DVec3], holes: &[u32], normal: DVec3) -> Vec<[Corner; 3]> {
     if points.len() == 3 {
         return vec![[1, 2, 0].map(Corner::Given)];
     }

@@ -161,8 +161,8 @@ impl Flattening<'_> {
             }
             Shape::Array { of, count, step } => {
                 // Asked before the loop, which would fail only after many millions of copies.
-                let total = count.iter().map(|n| u64::from(*n)).product::<u64>();
-                if total > MAX_INSTANCES as u64 {
+                let total = count.iter().map(|n| u128::from(*n)).product::<u128>();
+                if total > MAX_INSTANCES as u128 {
                     return Err(Error::invalid(format!(
                         "an array of {total}: at most {MAX_INSTANCES}"
                     )));

@@ -2,7 +2,7 @@
 //! known.
 //!
 //! - A face whose outline crosses itself, or whose holes overlap, cross the outline or lie outside, becomes
-//!   what is there of it ([`polygon::areas`]): one face or several, of which that can be said no more.
+//!   what is there of it (`polygon::areas`): one face or several, of which that can be said no more.
 //! - A polygon whose corners leave its plane by more than [`PLANARITY`] of its size, or whose vertex
 //!   attributes are not affine on it, is divided into triangles. One with seals or drawn edges stays
 //!   whole and is taken as flat.

@@ -1,7 +1,7 @@
 //! Light that is not in one place, exactly: what a receiver sees of a source is the source without the cones
 //! of everything that stands before it, and what is left has a closed form.
 //!
-//! [Cones](crate::polygon::Cone) are shadow volumes with light and receiver exchanged. The parts of a source
+//! Cones (`polygon::Cone`) are shadow volumes with light and receiver exchanged. The parts of a source
 //! behind leaves may become very many; rays then do better.
 
 use glam::DVec3;

@@ -42,7 +42,7 @@ pub enum Shadows {
     /// There are none.
     #[default]
     Off,
-    /// Of light from one place, exactly: [shadow volumes](crate::shadow). Of other light by rays.
+    /// Of light from one place, exactly: shadow volumes. Of other light by rays.
     Volumes,
     /// As `Volumes`, but of light from polygons, bodies and tubes by cutting what stands in the way out of
     /// them: exact too, at the middle of each fragment. Where that leaves more than some hundred parts, by rays.

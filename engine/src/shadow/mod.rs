@@ -23,7 +23,7 @@ use crate::span::layer::Segment;
 use crate::span::{FaceId, SpanImage, slopes};
 use crate::trace::{CasterSearch, Casters, Shaft, Spaces, Toward, Turn, spaces_of};
 use crate::watch::Watch;
-pub use piece::{Way, lies_in, opacity};
+pub(crate) use piece::{Way, lies_in, opacity};
 
 /// The width of a patch in pixels. Narrower, there are more patches to look for; wider, each has more
 /// casters around it.
@@ -31,24 +31,24 @@ const TILE: f64 = 128.0;
 
 /// An end of a shadow on a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct End {
+pub(crate) struct End {
     /// Where it is, in pixels from the left.
-    pub x: f64,
+    pub(crate) x: f64,
     /// Pixels to the right per pixel downwards.
-    pub slope: f64,
+    pub(crate) slope: f64,
 }
 
 /// A part of a line where a face is in shadow.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Dark {
+pub(crate) struct Dark {
     /// The face.
-    pub face: FaceId,
+    pub(crate) face: FaceId,
     /// Where it begins.
-    pub start: End,
+    pub(crate) start: End,
     /// Where it ends.
-    pub end: End,
+    pub(crate) end: End,
     /// The share of the light that still arrives.
-    pub through: f32,
+    pub(crate) through: f32,
 }
 
 /// A visible part of a face on a line.
@@ -65,16 +65,16 @@ struct VisiblePart {
 type Boundary = Plane;
 
 /// The shadows of lines: by line, sorted by face and then from left to right.
-pub type Lines = Vec<Vec<Dark>>;
+pub(crate) type Lines = Vec<Vec<Dark>>;
 
 /// The visible parts of faces on some lines, patch by patch: the same for all lights.
 #[derive(Debug, Default)]
-pub struct Patches(Vec<VisiblePart>);
+pub(crate) struct Patches(Vec<VisiblePart>);
 
 impl Patches {
     /// The patches of an image on the lines `lines`, of whose `layers` these are seen. Only faces of sources that
     /// are lit in the world receive its shadows.
-    pub fn new<'l>(
+    pub(crate) fn new<'l>(
         image: &SpanImage,
         world: &World,
         lines: Range<u32>,
@@ -119,14 +119,14 @@ impl Patches {
     }
 
     /// Bytes held.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         size_of_val(&*self.0)
     }
 }
 
 /// The shadows that fall on the faces of an image on the lines `lines`, from everything in a world, in the
 /// light from one place.
-pub fn cast(
+pub(crate) fn cast(
     image: &SpanImage,
     patches: &Patches,
     casting: &Casting<'_>,

@@ -11,21 +11,21 @@ use crate::trace::{Casters, Toward};
 const IN_PLANE: f64 = 1e-7;
 
 /// A way of light to a receiver, as far as a piece that it meets.
-pub struct Way {
+pub(crate) struct Way {
     /// The receiver, in metres.
-    pub from: DVec3,
+    pub(crate) from: DVec3,
     /// Towards the light.
-    pub along: DVec3,
+    pub(crate) along: DVec3,
     /// Where it meets the piece.
-    pub position: DVec3,
+    pub(crate) position: DVec3,
     /// The width of what the way stands for there, in metres.
-    pub width: f32,
+    pub(crate) width: f32,
 }
 
 /// How much of the light on a way a piece holds back; where that differs from place to place, `met` says
 /// the way.
 #[inline]
-pub fn opacity(
+pub(crate) fn opacity(
     surfaces: &dyn Surfaces,
     view: &View,
     casters: &Casters,
@@ -50,7 +50,7 @@ const ONE_PLANE: f64 = 1e-6;
 /// Whether a piece lies in the plane of a face: its corners do, as a share of how far they reach from the point that the
 /// plane is given by (a corner may be that very point, but for rounding), or its own face is seen in that plane, as flat
 /// as its file has it. A card does that turns about a line in it: it casts nothing on itself as it is seen.
-pub fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3)) -> bool {
+pub(crate) fn lies_in(casters: &Casters, piece: usize, (normal, point): (DVec3, DVec3)) -> bool {
     if let Some(card) = casters.card(piece) {
         let from = card.middle() - point;
         return normal.dot(from).abs() <= IN_PLANE * (from.length() + card.height);

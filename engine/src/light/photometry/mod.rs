@@ -214,7 +214,6 @@ impl Photometry {
 
     /// The luminous flux in lumen, by integration of the intensities.
     pub fn flux(&self) -> f64 {
-        // Rows of equal height about the aim are of equal solid angle; finer where the beam is.
         let (rows, columns) = (4096, 144);
         let mut sum = 0.0;
         for row in 0..rows {

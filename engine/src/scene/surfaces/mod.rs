@@ -108,7 +108,13 @@ impl SceneSurfaces {
         pictures
     }
 
-    fn look(&self, ordinal: u32, sees_front: bool, bundle: Option<u32>) -> CommonLook<'_> {
+    /// What all fragments of a part have in common; `wants_uv` if its texture coordinates are asked for.
+    fn look(
+        &self,
+        (ordinal, sees_front): (u32, bool),
+        bundle: Option<u32>,
+        wants_uv: bool,
+    ) -> CommonLook<'_> {
         let (at, face, part) = self.scene.part(ordinal);
         let instance = &self.scene.instances[at];
         let mesh = instance.geometry.mesh();
@@ -133,7 +139,7 @@ impl SceneSurfaces {
         let place = &self.places[at];
         let front = instance.geometry.normal(face);
         let carries = !(mesh.colors.is_empty() && mesh.normals.is_empty())
-            || ((maps.is_some() || is_divided) && !mesh.uvs.is_empty());
+            || ((maps.is_some() || is_divided || wants_uv) && !mesh.uvs.is_empty());
         let interpolates = edge.is_none() && carries;
         let frame = interpolates.then(|| Frame::new(mesh, mesh.outline(face), front));
         let normal = (place.1 * front).normalize_or_zero();
@@ -224,7 +230,9 @@ impl Surfaces for SceneSurfaces {
             // Fragments of one face stand together, so the last look mostly holds.
             let (_, look) = match last.take().filter(|(known, _)| *known == (ordinal, bundle)) {
                 Some(known) => last.insert(known),
-                None => last.insert(((ordinal, bundle), self.look(ordinal, sees_front, bundle))),
+                None => {
+                    last.insert(((ordinal, bundle), self.look((ordinal, sees_front), bundle, uv)))
+                }
             };
             // A plain face looks the same everywhere: its points in the world need not be computed.
             let is_alike = look.frame.is_none() && look.maps.is_none() && !local && !uv;

@@ -41,7 +41,7 @@ impl Pictured for SceneSurfaces {
             let (_, (domains, look)) = match last.take().filter(|(known, _)| *known == ordinal) {
                 Some(known) => last.insert(known),
                 None => {
-                    let look = self.look(ordinal, sees_front, None);
+                    let look = self.look((ordinal, sees_front), None, false);
                     last.insert((ordinal, (self.domains_of(ordinal, sees_front), look)))
                 }
             };

@@ -196,7 +196,7 @@ impl Builder<'_> {
         let file = self.file;
         let all = self.tree.below(&file.root, roots).map_err(|what| self.reader.fault(what))?;
         let mut plan = Plan { name, ..Plan::default() };
-        let mut light_names = Names::default();
+        let (mut light_names, mut camera_names) = (Names::default(), Names::default());
         for node in &all {
             let world = self.tree.worlds[*node];
             self.light(*node, &world, &mut plan, &mut light_names);
@@ -206,6 +206,7 @@ impl Builder<'_> {
                 let name = camera.name.as_ref().or(json.name.as_ref()).cloned();
                 let number = json.camera.map_or(0, |index| index.value());
                 let name = name.unwrap_or_else(|| format!("camera {number}"));
+                let name = camera_names.unique(&name);
                 plan.cameras.insert(name, lights::camera(camera, &world));
             }
         }

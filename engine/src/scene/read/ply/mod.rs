@@ -109,7 +109,7 @@ struct Body {
     faces: Vec<Vec<u32>>,
     /// By face, texture coordinates by corner, and the number of the picture.
     corners: HashMap<usize, Vec<f32>>,
-    pictures: HashMap<usize, u32>,
+    pictures: HashMap<usize, Option<u32>>,
 }
 
 impl Body {
@@ -238,7 +238,9 @@ impl Body {
                     // An empty list leaves the face without coordinates.
                     self.corners.insert(at, list.iter().map(|v| *v as f32).collect());
                 } else if Some(i) == picture {
-                    self.pictures.insert(at, list[0].max(0.0) as u32);
+                    // Below 0: it has none.
+                    let number = (list[0] >= 0.0).then_some(list[0] as u32);
+                    self.pictures.insert(at, number);
                 }
             }
             values.end(element)?;
@@ -341,7 +343,10 @@ impl Body {
             }
             let front = match mesh.materials.len() as u32 {
                 0 => None,
-                count => Some(self.pictures.get(&at).map_or(0, |number| *number).min(count - 1)),
+                count => {
+                    let number = self.pictures.get(&at).copied().unwrap_or(Some(0));
+                    number.map(|number| number.min(count - 1))
+                }
             };
             mesh.add_polygon(&face, front).map_err(fault)?;
         }
