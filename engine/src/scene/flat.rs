@@ -52,7 +52,7 @@ pub struct Scene {
     /// What is doubtful in the files and was taken as well as could be.
     pub notes: Vec<String>,
     /// Who reads the pictures that files hold.
-    pub(super) library: Arc<dyn Library>,
+    pub(super) reader: Arc<dyn Library>,
     /// The file that it was read from.
     pub origin: Option<Origin>,
 }
@@ -226,7 +226,7 @@ impl Scene {
             notes: files.values().flat_map(|reading| reading.notes.clone()).collect(),
             files: files.keys().map(|(path, _)| path.clone()).collect(),
             missing: files.values().flat_map(|reading| reading.missing.clone()).collect(),
-            library: library.clone(),
+            reader: library.clone(),
             origin: None,
         };
         scene.notes.extend(scene.bright_colors());

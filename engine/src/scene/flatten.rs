@@ -48,7 +48,7 @@ pub(super) struct Inherited {
 }
 
 pub(super) struct Flattening<'l> {
-    library: &'l dyn Library,
+    reader: &'l dyn Library,
     pub(super) instances: Vec<Instance>,
     pub(super) materials: Vec<Material>,
     pub(super) material_names: Vec<String>,
@@ -71,7 +71,7 @@ pub(super) struct Flattening<'l> {
 impl Flattening<'_> {
     pub(super) fn new(library: &Arc<dyn Library>, files: Files) -> Flattening<'_> {
         Flattening {
-            library: &**library,
+            reader: &**library,
             instances: Vec::new(),
             materials: Vec::new(),
             material_names: Vec::new(),
@@ -185,7 +185,7 @@ impl Flattening<'_> {
                 // One file in two units is two documents.
                 let id = (file.directory.join(path), format!("{options:?}"));
                 if !self.files.contains_key(&id) {
-                    let reading = self.library.document(&id.0, &options)?;
+                    let reading = self.reader.document(&id.0, &options)?;
                     self.files.insert(id.clone(), reading);
                 }
                 let document = self.files[&id].document.clone();

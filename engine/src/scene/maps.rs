@@ -95,7 +95,7 @@ pub(super) fn check(name: &str, map: &Map) -> Result<()> {
 
 /// The bytes that pictures take as pyramids, at most, told by their heads: each file is asked once.
 pub(super) struct Sizes<'l> {
-    library: &'l dyn Library,
+    reader: &'l dyn Library,
     known: HashMap<Key, u64>,
     /// Of the pictures that a file holds.
     embedded: HashMap<PathBuf, Vec<u64>>,
@@ -104,7 +104,7 @@ pub(super) struct Sizes<'l> {
 impl<'l> Sizes<'l> {
     /// Of no picture yet.
     pub(super) fn new(library: &'l dyn Library) -> Sizes<'l> {
-        Sizes { library, known: HashMap::new(), embedded: HashMap::new() }
+        Sizes { reader: library, known: HashMap::new(), embedded: HashMap::new() }
     }
 
     /// Of a picture that is a file, or has a number in one.
@@ -113,7 +113,7 @@ impl<'l> Sizes<'l> {
             return *self.known.entry(key).or_insert_with(|| mapped_bytes(path));
         };
         let held = self.embedded.entry(path.to_owned());
-        let held = held.or_insert_with(|| self.library.picture_sizes(path).unwrap_or_default());
+        let held = held.or_insert_with(|| self.reader.picture_sizes(path).unwrap_or_default());
         held.get(number as usize).copied().unwrap_or(0)
     }
 }

@@ -70,7 +70,7 @@ impl SceneSurfaces {
         };
         let places = scene.instances.iter().map(place).collect();
         let maps =
-            scene.materials.iter().map(|material| Maps::of(material, &scene.library)).collect();
+            scene.materials.iter().map(|material| Maps::of(material, &scene.reader)).collect();
         let ready = |material: &Material| material.domains.as_ref().map(ReadyDomains::new);
         let domains = scene.materials.iter().map(ready).collect();
         let (picture_sets, casters) = (OnceLock::new(), OnceLock::new());

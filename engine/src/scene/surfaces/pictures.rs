@@ -8,7 +8,7 @@ use crate::texture::{self, Opened};
 impl Pictured for SceneSurfaces {
     fn picture_sets(&self) -> Vec<PictureSet> {
         let make = || {
-            let mut sizes = Sizes::new(&*self.scene.library);
+            let mut sizes = Sizes::new(&*self.scene.reader);
             let sets = (0..self.maps.len() as u32).map(|number| PictureSet {
                 number,
                 pictures: self.pictures_of(number, &mut sizes),
