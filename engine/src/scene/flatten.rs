@@ -47,6 +47,7 @@ pub(super) struct Inherited {
     pub(super) depth: usize,
 }
 
+/// A scene in the making: what was placed so far, and what was wrong with the rest.
 pub(super) struct Flattening<'l> {
     reader: &'l dyn Library,
     pub(super) instances: Vec<Instance>,
