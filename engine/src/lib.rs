@@ -46,6 +46,7 @@ pub mod key;
 pub mod light;
 pub(crate) mod machine;
 pub mod math;
+pub mod moment;
 pub mod open;
 pub mod output;
 pub(crate) mod packed;

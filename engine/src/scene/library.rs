@@ -9,6 +9,7 @@ use std::sync::Arc;
 use super::document::{Axis, Document, Transform};
 use crate::error::{Error, Result};
 use crate::key::Key;
+use crate::moment::Moment;
 
 /// Reads the files that documents name.
 pub trait Library: Debug + Send + Sync {
@@ -73,6 +74,9 @@ pub struct ReadOptions {
     /// building has. A whole number means the finest of its refinements too. Absent, each building's finest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lod: Option<f64>,
+    /// The moment at which a file that [moves](super::read::moves) is read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moment: Option<Moment>,
 }
 
 /// What was read from a file.
@@ -126,10 +130,11 @@ impl ReadOptions {
             let value = value.as_ref().and_then(|value| serde_json::to_string(value).ok());
             value.map_or("None".to_owned(), |value| format!("Some({value})"))
         }
-        let ReadOptions { unit, up, origin, crease, pictures, lod } = self;
-        let lod = lod.map_or(String::new(), |level| format!(", lod: {}", text(&Some(level))));
+        let ReadOptions { unit, up, origin, crease, pictures, lod, moment } = self;
+        let mut later = lod.map_or(String::new(), |level| format!(", lod: {}", text(&Some(level))));
+        later += &moment.map_or(String::new(), |moment| format!(", moment: {}", text(&Some(moment))));
         format!(
-            "ReadOptions {{ unit: {}, up: {}, origin: {}, crease: {}, pictures: {}{lod} }}",
+            "ReadOptions {{ unit: {}, up: {}, origin: {}, crease: {}, pictures: {}{later} }}",
             text(unit),
             text(up),
             text(origin),

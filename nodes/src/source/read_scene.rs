@@ -57,7 +57,7 @@ impl Node for ReadScene {
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Scene> {
         let ReadScene { file, plan, unit, up, origin, crease, pictures, lod, name } = self;
         let (unit, up, origin, crease, pictures) = (*unit, *up, *origin, *crease, *pictures);
-        let options = ReadOptions { unit, up, origin, crease, pictures, lod: *lod };
+        let options = ReadOptions { unit, up, origin, crease, pictures, lod: *lod, moment: None };
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.under(inputs.directory()), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));

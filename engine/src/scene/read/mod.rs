@@ -94,6 +94,20 @@ fn read(mut reader: Reader, path: &Path, options: &ReadOptions) -> Result<Readin
     Ok(Reading { document, key, notes, about, missing, placed })
 }
 
+/// Whether a scene file is another at another [moment](ReadOptions::moment).
+///
+/// # Errors
+/// As [`document`].
+pub fn moves(path: &Path) -> Result<bool> {
+    let mut reader = Reader::new(path);
+    let bytes = reader.bytes(path)?;
+    Ok(match Format::of(&mut reader, &bytes)? {
+        // Filled in by those who play them.
+        Format::Text | Format::Gltf | Format::Glb => false,
+        _ => false,
+    })
+}
+
 /// Reads a scene file and makes a plan of it ready.
 ///
 /// # Errors
