@@ -13,6 +13,7 @@ mod dialects;
 mod domains;
 mod doubts;
 mod extremes;
+mod films;
 mod filters;
 mod fog;
 mod formats;

@@ -85,7 +85,9 @@ fn faults_say_where_they_are_and_what_helps() {
         ("r#\"color = object(\"x\") + ;\"#", ";"),
         ("\"\\\"\"", "\\"),
     ] {
-        let text = nodes(&format!("{scene}\"f\": Stream(image: \"s\", code: {code}, frame: 3)"));
+        let text = nodes(&format!(
+            "{scene}\"f\": Stream(image: \"s\", code: {code}, numbers: {{\"frame\": 3}})"
+        ));
         fault(&text, blamed, &["`code`: line"]);
     }
     let lost = nodes("\"r\": ReadScene(file: \"tests/graf.rs\")");

@@ -289,8 +289,9 @@ fn with(id: &str, field: &str, value: &str) -> Result<String, String> {
     if id == "fine" && field != "select" && document.set("picture", field, value).is_err() {
         return Err("the picture has no such field".to_owned());
     }
-    let node =
-        |raw: &spandrel_engine::graph::document::RawNode| format!("{:?}: {}", raw.id, raw.text);
+    let node = |raw: &spandrel_engine::graph::document::RawNode| {
+        format!("{:?}: {}", raw.id, raw.text.text())
+    };
     let nodes: Vec<String> = document.nodes.iter().map(node).collect();
     Ok(format!("Graph(nodes: {{{}}})", nodes.join(", ")))
 }

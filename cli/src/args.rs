@@ -2,6 +2,7 @@
 
 use clap::builder::TypedValueParser;
 use clap::{Args as ClapArgs, Parser, Subcommand, ValueEnum};
+use spandrel_engine::moment::Frames;
 use spandrel_engine::output;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::resolve::Framing;
@@ -10,7 +11,7 @@ use std::path::PathBuf;
 /// Composites three-dimensional pictures as spans, not pixels.
 ///
 /// Exit codes: 0 done, 1 evaluating or writing failed, or there were warnings and --deny-warnings, 2 wrong usage,
-/// 3 the graph is invalid, 4 an input is missing or unreadable, 130 interrupted.
+/// 3 the graph is invalid, 4 an input is missing or unreadable, 5 some frames failed and --keep-going, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(name = "spandrel", version)]
 pub(crate) struct Args {
@@ -36,6 +37,7 @@ pub(crate) enum Command {
     Diff(Diff),
     Merge(Merge),
     New(New),
+    Submit(Submit),
     Completions(Completions),
 }
 
@@ -53,8 +55,12 @@ pub(crate) struct Render {
     /// given several times. Default: every node that writes a file.
     #[arg(short = 'w', long = "write", value_name = "NODE")]
     pub(crate) write: Vec<String>,
-    /// Set a parameter, such as picture.lines=Sloped(4). May be given several times.
-    #[arg(long, value_name = "NODE.PARAM=VALUE", value_parser = setting)]
+    /// The frames to render, such as 1-48, 1-100x2,150 or -5--1. Default: those that the graph names, or 1.
+    #[arg(short = 'F', long, value_name = "RANGE", allow_hyphen_values = true)]
+    pub(crate) frames: Option<Frames>,
+    /// Set a field of a node, such as picture.lines=Sloped(4), or a parameter of the graph, such as haze=0.1. May be
+    /// given several times.
+    #[arg(long, value_name = "NODE.FIELD=VALUE", value_parser = setting)]
     pub(crate) set: Vec<Setting>,
     /// Solve visibility at this size in all pictures.
     #[arg(long, value_name = "WxH", value_parser = size)]
@@ -75,6 +81,16 @@ pub(crate) struct Render {
     /// Default: a quarter of the memory.
     #[arg(long, value_name = "BYTES", value_parser = bytes)]
     pub(crate) memory: Option<usize>,
+    /// Store results in this folder and take them from there; any number of processes may share it. Default: what
+    /// the variable SPANDREL_CACHE says, or none.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) cache: Option<PathBuf>,
+    /// Keep that folder below this size: what is old, large and quickly made goes first.
+    #[arg(long, value_name = "BYTES", value_parser = bytes, default_value = "20G")]
+    pub(crate) cache_size: usize,
+    /// Store nothing, and take nothing that is stored.
+    #[arg(long, conflicts_with = "cache")]
+    pub(crate) no_cache: bool,
     /// Evaluate nothing; say what would be.
     #[arg(short = 'n', long)]
     pub(crate) dry_run: bool,
@@ -87,6 +103,12 @@ pub(crate) struct Render {
     /// Leave files alone that exist already, and evaluate nothing for them.
     #[arg(long)]
     pub(crate) no_clobber: bool,
+    /// Go on with the other frames if one fails; exit with 5 then.
+    #[arg(long)]
+    pub(crate) keep_going: bool,
+    /// Print how the render goes to the standard output, for programs: an object of JSON in each line.
+    #[arg(long, conflicts_with = "stats")]
+    pub(crate) json: bool,
     /// Print nothing but errors and warnings.
     #[arg(short, long, conflicts_with = "verbose")]
     pub(crate) quiet: bool,
@@ -109,8 +131,11 @@ pub(crate) enum Format {
 pub(crate) struct Check {
     /// The graph.
     pub(crate) graph: PathBuf,
-    /// Set a parameter before checking.
-    #[arg(long, value_name = "NODE.PARAM=VALUE", value_parser = setting)]
+    /// The frames to check. Default: those that the graph names, or 1.
+    #[arg(short = 'F', long, value_name = "RANGE", allow_hyphen_values = true)]
+    pub(crate) frames: Option<Frames>,
+    /// Set a field of a node, or a parameter of the graph, before checking.
+    #[arg(long, value_name = "NODE.FIELD=VALUE", value_parser = setting)]
     pub(crate) set: Vec<Setting>,
 }
 
@@ -199,8 +224,11 @@ pub(crate) struct Inspect {
     /// Solve visibility at this size.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
-    /// Set a parameter first.
-    #[arg(long, value_name = "NODE.PARAM=VALUE", value_parser = setting)]
+    /// The frame. Default: the first that the graph names, or 1.
+    #[arg(short = 'F', long, value_name = "FRAME", allow_hyphen_values = true)]
+    pub(crate) frame: Option<Frames>,
+    /// Set a field of a node, or a parameter of the graph, first.
+    #[arg(long, value_name = "NODE.FIELD=VALUE", value_parser = setting)]
     pub(crate) set: Vec<Setting>,
     /// Write to this file. Default: the standard output.
     #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = place())]
@@ -249,6 +277,36 @@ pub(crate) struct New {
     pub(crate) sources: Option<PathBuf>,
 }
 
+/// Makes a job for a farm: a template of the Open Job Description, whose tasks render some frames each.
+///
+/// `openjd check JOB.json` checks it, and farms that know the description take it as it is.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Submit {
+    /// The graph.
+    pub(crate) graph: PathBuf,
+    /// The frames. Default: those that the graph names, or 1.
+    #[arg(short = 'F', long, value_name = "RANGE", allow_hyphen_values = true)]
+    pub(crate) frames: Option<Frames>,
+    /// Frames of a task: what does not move is solved once for all of them.
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) chunk: u32,
+    /// Processors that a task uses, and asks the farm for.
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) jobs: Option<u16>,
+    /// Bytes that a task keeps values in, such as 8G; the farm is asked for a GiB more.
+    #[arg(long, value_name = "BYTES", value_parser = bytes)]
+    pub(crate) memory: Option<usize>,
+    /// A folder for results that all machines of the farm share.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) cache: Option<PathBuf>,
+    /// Set a field of a node, or a parameter of the graph.
+    #[arg(long, value_name = "NODE.FIELD=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<Setting>,
+    /// Write to this .json file. Default: the standard output.
+    #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = place())]
+    pub(crate) output: Option<PathBuf>,
+}
+
 /// Prints a script that completes arguments in a shell.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Completions {
@@ -256,35 +314,43 @@ pub(crate) struct Completions {
     pub(crate) shell: clap_complete::Shell,
 }
 
-/// A parameter set from the command line.
+/// A field or parameter set from the command line.
 #[derive(Clone, Debug)]
 pub(crate) struct Setting {
-    pub(crate) node: String,
+    /// The node; none for a parameter of the graph.
+    pub(crate) node: Option<String>,
     pub(crate) field: String,
     pub(crate) value: String,
 }
 
 impl Setting {
-    /// The node and the parameter.
+    /// The node and its field, or the parameter.
     pub(crate) fn place(&self) -> String {
-        format!("{}.{}", self.node, self.field)
+        match &self.node {
+            Some(node) => format!("{node}.{}", self.field),
+            None => self.field.clone(),
+        }
     }
 }
 
 impl std::fmt::Display for Setting {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}.{}={}", self.node, self.field, self.value)
+        write!(f, "{}={}", self.place(), self.value)
     }
 }
 
 fn setting(text: &str) -> Result<Setting, String> {
-    let wrong = || "write NODE.PARAM=VALUE, such as sun.intensity=2".to_owned();
+    let wrong = || "write NODE.FIELD=VALUE, such as sun.intensity=2, or PARAMETER=VALUE".to_owned();
     let (place, value) = text.split_once('=').ok_or_else(wrong)?;
-    let (node, field) = place.split_once('.').ok_or_else(wrong)?;
-    if node.is_empty() || field.is_empty() || value.is_empty() {
+    let (node, field) = match place.split_once('.') {
+        Some((node, field)) => (Some(node), field),
+        None => (None, place),
+    };
+    if node.is_some_and(str::is_empty) || field.is_empty() || value.is_empty() {
         return Err(wrong());
     }
-    Ok(Setting { node: node.to_owned(), field: field.to_owned(), value: value.to_owned() })
+    let node = node.map(str::to_owned);
+    Ok(Setting { node, field: field.to_owned(), value: value.to_owned() })
 }
 
 /// A file to write. What begins with a dash is mostly an option before which the file was forgotten.

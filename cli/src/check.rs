@@ -5,7 +5,9 @@ use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::diagnostic::{list, nearest};
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::evaluate::Progress;
+use spandrel_engine::graph::parameter::ParameterInfo;
 use spandrel_engine::graph::{Graph, Registry, Run, Schedule};
+use spandrel_engine::moment::Frames;
 use spandrel_engine::open;
 use spandrel_engine::scene::Scene;
 use spandrel_engine::values::Lamps;
@@ -18,7 +20,7 @@ use crate::args::{Check, Setting};
 use crate::{exit, print};
 
 pub(crate) fn run(registry: &Registry, args: &Check) -> u8 {
-    match read(registry, &args.graph, &args.set) {
+    match read(registry, &args.graph, &args.set, args.frames.as_ref()) {
         Ok(graph) => {
             let code = scenes(&graph, &args.graph);
             if code != exit::DONE {
@@ -26,6 +28,7 @@ pub(crate) fn run(registry: &Registry, args: &Check) -> u8 {
             }
             let count = graph.nodes().count();
             print::words(&format!("{}: {count} nodes, no errors\n", name(&args.graph)));
+            graph.parameters().iter().for_each(|parameter| print::words(&described(parameter)));
             exit::DONE
         }
         Err(code) => code,
@@ -79,10 +82,31 @@ impl Progress for Told {
 }
 
 /// Reads and checks a graph; prints what is wrong and returns the exit code if it is unusable.
-pub(crate) fn read(registry: &Registry, path: &Path, settings: &[Setting]) -> Result<Graph, u8> {
+pub(crate) fn read(
+    registry: &Registry,
+    path: &Path,
+    settings: &[Setting],
+    frames: Option<&Frames>,
+) -> Result<Graph, u8> {
     let (mut document, directory) = open(path)?;
     set(registry, &mut document, settings)?;
-    check(registry, path, &document, &directory)
+    check(registry, path, &document, &directory, frames)
+}
+
+/// A parameter in a line.
+fn described(parameter: &ParameterInfo) -> String {
+    let ParameterInfo { name, kind, value, range, choices, doc } = parameter;
+    let mut line = format!("  {name}: {kind}, {value}");
+    if let Some((low, high)) = range {
+        line += &format!(" ({low} to {high})");
+    }
+    if !choices.is_empty() {
+        line += &format!(" (of {})", choices.join(", "));
+    }
+    if !doc.is_empty() {
+        line += &format!(": {doc}");
+    }
+    line + "\n"
 }
 
 /// Sets parameters of a document; quotes may be missing.
@@ -91,7 +115,15 @@ pub(crate) fn set<'s>(
     document: &mut Document,
     settings: impl IntoIterator<Item = &'s Setting>,
 ) -> Result<(), u8> {
-    for Setting { node, field, value } in settings {
+    for setting in settings {
+        let Setting { node, field, value } = setting;
+        let Some(node) = node else {
+            document.set_parameter(field, &quoted(document, field, value)).map_err(|message| {
+                print::error(format!("--set {field}: {message}"));
+                exit::USAGE
+            })?;
+            continue;
+        };
         let raw = document.nodes.iter().find(|raw| raw.id == *node);
         let kind = raw.and_then(|raw| registry.kind(&raw.kind));
         let value = kind.map_or_else(|| value.clone(), |kind| kind.written(field, value));
@@ -103,14 +135,33 @@ pub(crate) fn set<'s>(
     Ok(())
 }
 
-/// Checks a document.
+/// The value of a parameter, in the quotes that shells take.
+fn quoted(document: &Document, name: &str, value: &str) -> String {
+    let kind = document.parameters.iter().find(|raw| raw.id == name).map(|raw| raw.kind.as_str());
+    let is_moving = ["Curve(", "Expr(", "Ref("].iter().any(|moving| value.starts_with(moving));
+    let is_text = kind == Some("Text") || kind == Some("Color") && value.starts_with('#');
+    match is_text && !value.starts_with('"') && !is_moving {
+        true => format!("{value:?}"),
+        false => value.to_owned(),
+    }
+}
+
+/// The frames of a document that are rendered if nobody says which.
+pub(crate) fn frames_of(document: &Document) -> Frames {
+    document.frames.clone().unwrap_or(Frames::one(1))
+}
+
+/// Checks a document, for its own frames if no others are said.
 pub(crate) fn check(
     registry: &Registry,
     path: &Path,
     document: &Document,
     directory: &Path,
+    frames: Option<&Frames>,
 ) -> Result<Graph, u8> {
-    Graph::check(document, registry, directory).map_err(|faults| {
+    let own = frames_of(document);
+    let frames = frames.unwrap_or(&own);
+    Graph::check_frames(document, registry, directory, frames).map_err(|faults| {
         print::faults(&name(path), document, &faults);
         if faults.iter().all(|fault| fault.is_input) { exit::INPUT } else { exit::INVALID }
     })

@@ -18,6 +18,9 @@ pub(crate) const INVALID: u8 = 3;
 /// An input is missing or unreadable.
 pub(crate) const INPUT: u8 = 4;
 
+/// Some frames failed, and the others were made.
+pub(crate) const SOME_FAILED: u8 = 5;
+
 /// The code of a failure while evaluating: an input's fault, or another.
 pub(crate) fn of(error: &Error) -> u8 {
     match error {

@@ -19,7 +19,7 @@ pub(crate) fn run(registry: &Registry, args: &Inspect) -> u8 {
     if let Some(Err(code)) = args.output.as_ref().map(|file| exit::check_output(file, &["svg"])) {
         return code;
     }
-    let graph = match check::read(registry, &args.graph, &args.set) {
+    let graph = match check::read(registry, &args.graph, &args.set, args.frame.as_ref()) {
         Ok(graph) => graph,
         Err(code) => return code,
     };

@@ -15,6 +15,7 @@ mod convert;
 mod diff;
 mod difference;
 mod exit;
+mod film;
 mod info;
 mod inspect;
 mod lamp;
@@ -28,6 +29,7 @@ mod print;
 mod progress;
 mod render;
 mod stats;
+mod submit;
 
 use clap::{CommandFactory, Parser};
 use spandrel_engine::graph::Registry;
@@ -79,6 +81,7 @@ pub fn run(registry: Registry) -> ExitCode {
         Command::Diff(args) => diff::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::New(args) => new::run(&args),
+        Command::Submit(args) => submit::run(&registry, &args),
         Command::Convert(args) => convert::run(&args),
         Command::Completions(args) => {
             let mut script = Vec::new();

@@ -4,6 +4,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use spandrel_engine::graph::NodeReport;
 use spandrel_engine::graph::evaluate::{Outcome, Progress};
 use spandrel_engine::watch::Watch;
+use std::collections::HashSet;
 use std::io::IsTerminal;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -56,18 +57,20 @@ pub(crate) struct Shown {
     busy: Busy,
     /// What has ended.
     reports: Mutex<Vec<NodeReport>>,
+    /// What was told: a film tells it once.
+    told: Mutex<HashSet<String>>,
 }
 
 impl Shown {
-    /// For an evaluation of `nodes` nodes.
-    pub(crate) fn new(detail: Detail, nodes: usize) -> Shown {
+    /// For evaluations, one after the other.
+    pub(crate) fn new(detail: Detail) -> Shown {
         let target = match detail {
             Detail::Bar => ProgressDrawTarget::stderr(),
             _ => ProgressDrawTarget::hidden(),
         };
-        let bar = ProgressBar::with_draw_target(Some(nodes as u64), target);
+        let bar = ProgressBar::with_draw_target(None, target);
         let busy = Busy::default();
-        let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed} {busy}");
+        let style = ProgressStyle::with_template("{prefix}{bar:24} {pos}/{len} {elapsed} {busy}");
         let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
         let shown = busy.clone();
         bar.set_style(style.with_key(
@@ -77,10 +80,22 @@ impl Shown {
                 let _ = write_busy(&shown, out);
             },
         ));
-        if detail == Detail::Bar {
-            bar.enable_steady_tick(std::time::Duration::from_millis(100));
+        Shown { detail, bar, busy, reports: Mutex::default(), told: Mutex::default() }
+    }
+
+    /// Begins an evaluation of `nodes` nodes.
+    pub(crate) fn begin(&self, title: String, nodes: usize) {
+        self.bar.reset();
+        self.bar.set_prefix(title);
+        self.bar.set_length(nodes as u64);
+        if self.detail == Detail::Bar {
+            self.bar.enable_steady_tick(std::time::Duration::from_millis(100));
         }
-        Shown { detail, bar, busy, reports: Mutex::default() }
+    }
+
+    /// Whether this was not told before.
+    fn is_new(&self, message: &str) -> bool {
+        self.told.lock().unwrap_or_else(PoisonError::into_inner).insert(message.to_owned())
     }
 
     /// Takes the bar away.
@@ -88,9 +103,9 @@ impl Shown {
         self.bar.finish_and_clear();
     }
 
-    /// What has ended, also if something failed.
+    /// What has ended since this was asked last, also if something failed.
     pub(crate) fn reports(&self) -> Vec<NodeReport> {
-        self.reports.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        std::mem::take(&mut self.reports.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -100,16 +115,27 @@ impl Progress for Shown {
     }
 
     fn noted(&self, node: &str, message: &str) {
-        self.bar.suspend(|| print::note(format!("node \"{node}\": {message}")));
+        let message = format!("node \"{node}\": {message}");
+        if self.is_new(&message) {
+            self.bar.suspend(|| print::note(message));
+        }
     }
 
     fn warned(&self, node: &str, message: &str) {
-        // Without `suspend` the bar would be drawn into the words.
-        self.bar.suspend(|| print::warning(format!("node \"{node}\": {message}")));
+        let message = format!("node \"{node}\": {message}");
+        if self.is_new(&message) {
+            // Without `suspend` the bar would be drawn into the words.
+            self.bar.suspend(|| print::warning(message));
+        }
     }
 
     fn finished(&self, report: &NodeReport) {
-        lock(&self.busy).retain(|(node, _)| *node != report.node);
+        // Of two frames' nodes of one name, the first.
+        let mut busy = lock(&self.busy);
+        if let Some(at) = busy.iter().position(|(node, _)| *node == report.node) {
+            busy.remove(at);
+        }
+        drop(busy);
         self.bar.inc(1);
         self.reports.lock().unwrap_or_else(PoisonError::into_inner).push(report.clone());
         if self.detail == Detail::Lines && report.outcome == Outcome::Evaluated {
@@ -119,7 +145,9 @@ impl Progress for Shown {
                 .map(|(name, value)| format!("{} {name}", print::grouped(*value)))
                 .collect();
             let time = print::seconds(report.seconds);
-            print::err(&format!("{}: {} {time} {}", report.node, report.kind, facts.join(", ")));
+            let at = report.frame.map_or(String::new(), |frame| format!(" @ {frame}"));
+            let NodeReport { node, kind, .. } = report;
+            print::err(&format!("{node}{at}: {kind} {time} {}", facts.join(", ")));
         }
     }
 }

@@ -1,21 +1,20 @@
 //! `spandrel render`.
 
 use spandrel_engine::cache::cache;
-use spandrel_engine::graph::check::NodeInfo;
-use spandrel_engine::graph::demand::{Failure, Wishes};
+use spandrel_engine::graph::demand::Failure;
 use spandrel_engine::graph::document::{Document, RawNode};
-use spandrel_engine::graph::{Graph, Registry, Run, Schedule};
-use spandrel_engine::image::Window;
+use spandrel_engine::graph::{Graph, Registry};
+use spandrel_engine::moment::Frames;
+use spandrel_engine::motion::numbered;
 use spandrel_engine::output;
 use spandrel_engine::resolve::Rule;
 use spandrel_engine::text;
 use spandrel_engine::texture::store;
-use spandrel_engine::values::{Delivery, Override};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::args::{Format, Render, Setting};
-use crate::progress::{Detail, Shown};
+use crate::film::Film;
 use crate::stats::{Done, Written};
 use crate::{check, exit, print, stats};
 
@@ -40,86 +39,48 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
     if let Some(bytes) = args.memory {
         cache().set_limit(bytes);
     }
-    let (graph, all) = prepare(registry, args)?;
-    let writes_to_standard =
-        all.iter().any(|id| files(&graph, id).any(|file| output::is_standard(&file)));
-    if writes_to_standard && args.stats == Some(Format::Json) {
-        print::error(
-            "--stats=json: the standard output is the picture: write the picture to a file",
-        );
+    let Prepared { graph, outputs, frames } = prepare(registry, args)?;
+    let mut film = Film::new(args, graph, &outputs, &frames)?;
+    let is_for_programs = args.json || args.stats == Some(Format::Json);
+    let writes_to_standard = film.files().any(|file| output::is_standard(&file));
+    if writes_to_standard && is_for_programs {
+        let option = if args.json { "--json" } else { "--stats=json" };
+        print::error(format!(
+            "{option}: the standard output is the picture: write the picture to a file"
+        ));
         return Err(exit::USAGE);
     }
-    // Beside a picture or statistics for programs, the standard output has nothing else.
-    let is_taken = writes_to_standard || args.stats == Some(Format::Json);
+    // Beside a picture or what programs read, the standard output has nothing else.
+    let is_taken = writes_to_standard || is_for_programs;
     let report =
         |text: &str| if is_taken { print::err(text.trim_end()) } else { print::words(text) };
-    let is_kept = |id: &String| {
-        let is_there = |file: PathBuf| !output::is_standard(&file) && file.exists();
-        args.no_clobber && files(&graph, id).next().is_some() && files(&graph, id).all(is_there)
-    };
-    let (kept, outputs): (Vec<String>, Vec<String>) = all.into_iter().partition(is_kept);
-    for node in &kept {
-        for file in files(&graph, node) {
+    if args.no_clobber {
+        for Written { node, frame, file, .. } in film.leave_what_is_there() {
             print::chat(&format!("kept {}: it exists", output::tidy(&file).display()));
-            done.skipped.push(Written { node: node.clone(), file, bytes: None });
+            done.skipped.push(Written { node, frame, file, bytes: None });
         }
     }
-    let changed = Override {
-        size: args.size,
-        scale: args.scale,
-        window: args.window.map(|[x, y, width, height]| Window { x, y, width, height }),
-    };
-    let mut wishes = Wishes::new();
-    for output in &outputs {
-        wishes.want::<Delivery>(output, changed.clone());
-    }
-    let plan = Schedule::new(&graph, &wishes).map_err(|failure| fail(args, &failure))?;
-    if args.dry_run && args.explain {
-        report(&stats::explanation(&graph, &plan, &[]));
-        return Ok(());
-    }
     if args.dry_run {
-        let mut nodes = plan.nodes(&graph);
-        nodes.reverse();
-        report(&format!("would evaluate: {}\n", nodes.join(", ")));
+        report(&film.intended()?);
         return Ok(());
     }
     // What cannot be written is told before it is computed.
-    for node in &outputs {
-        for file in files(&graph, node) {
-            let checked = output::check(&file);
-            checked.map_err(|error| fail(args, &Failure { node: node.clone(), error }))?;
+    for shot in &film.shots {
+        for (node, files) in &shot.writers {
+            for file in files {
+                let checked = output::check(file);
+                checked.map_err(|error| {
+                    film.fail(Some(shot.frame), &Failure { node: node.clone(), error })
+                })?;
+            }
         }
     }
-    let detail = Detail::new(args.quiet, args.verbose);
-    let shown = Shown::new(detail, plan.nodes(&graph).len());
     let clock = Instant::now();
-    let evaluated = Run::new().evaluate(&graph, &plan, &shown);
-    shown.clear();
+    let ended = film.render(done, &report);
     done.seconds = clock.elapsed().as_secs_f64();
-    done.reports = shown.reports();
-    for node in &outputs {
-        let report = done.reports.iter().find(|report| report.node == *node);
-        let fact = report.and_then(|r| r.facts.iter().find(|(name, _)| *name == "file bytes"));
-        for file in files(&graph, node).filter(|_| fact.is_some()) {
-            let bytes = fact.map(|(_, bytes)| *bytes);
-            done.outputs.push(Written { node: node.clone(), file, bytes });
-        }
-    }
-    for Written { file, bytes, .. } in &done.outputs {
-        let size = print::bytes(bytes.unwrap_or(0));
-        match output::is_standard(file) {
-            true => print::chat(&format!("wrote the standard output ({size})")),
-            false => print::chat(&format!("wrote {} ({size})", output::tidy(file).display())),
-        }
-    }
-    // Only now: files that were written before the failure are told all the same.
-    evaluated.map_err(|failure| fail(args, &failure))?;
-    if args.explain {
-        report(&stats::explanation(&graph, &plan, &done.reports));
-    }
+    let failed = ended?;
     let textures = store().report();
-    if textures.reads > 4 * textures.pictures as u64 {
+    if textures.reads > 4 * textures.pictures as u64 * frames.as_slice().len() as u64 {
         print::note(format!(
             "{} pictures on surfaces were read {} times: more --textures than {} saves time",
             textures.pictures,
@@ -138,28 +99,32 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
             report(&format!("pictures on surfaces: {most} at most, {reads} times read\n"));
         }
     }
+    if !failed.is_empty() {
+        let list: Vec<String> = failed.iter().map(i64::to_string).collect();
+        let frames = print::count(failed.len(), "frame");
+        print::error(format!("{frames} failed: {}", list.join(",")));
+        return Err(exit::SOME_FAILED);
+    }
     print::chat(&format!("done in {}", print::seconds(done.seconds)));
     Ok(())
 }
 
-/// A node of a graph.
-fn node<'g>(graph: &'g Graph, id: &str) -> Option<NodeInfo<'g>> {
-    graph.nodes().find(|node| node.id == id)
-}
-
-/// The files that a node writes.
-fn files(graph: &Graph, id: &str) -> impl Iterator<Item = PathBuf> {
-    let writes = node(graph, id).map_or(Vec::new(), |node| node.writes);
-    writes.into_iter().map(|(_, file)| graph.directory().join(file))
+/// A graph that was read for the command line.
+struct Prepared {
+    graph: Graph,
+    /// The nodes that are to write.
+    outputs: Vec<String>,
+    frames: Frames,
 }
 
 /// Reads the graph and finds the nodes that write.
-fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u8> {
+fn prepare(registry: &Registry, args: &Render) -> Result<Prepared, u8> {
     let (mut document, directory) = check::open(&args.graph)?;
     if let Some(file) = &args.output {
         // It becomes part of the graph, which is text.
         let is_text = file.to_str().map(drop).ok_or_else(|| "its name is not UTF-8".to_owned());
-        is_text.and_then(|()| output::check_name(file)).map_err(|message| {
+        let named = numbered(&file.to_string_lossy(), 0.0).map_or(file.clone(), PathBuf::from);
+        is_text.and_then(|()| output::check_name(&named)).map_err(|message| {
             print::error(format!("-o {}: {message}", file.display()));
             exit::USAGE
         })?;
@@ -182,12 +147,19 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
         }
     }
     // What is set may decide what a writer of its own gets, and may be a field of that.
-    let is_known = |setting: &&Setting| document.nodes.iter().any(|raw| raw.id == setting.node);
+    let is_known = |setting: &&Setting| {
+        let node = setting.node.as_ref();
+        node.is_none_or(|node| document.nodes.iter().any(|raw| raw.id == *node))
+    };
     let (known, others): (Vec<&Setting>, Vec<&Setting>) = args.set.iter().partition(is_known);
     check::set(registry, &mut document, known)?;
     let outputs = outputs(registry, args, &mut document)?;
     check::set(registry, &mut document, others)?;
-    let graph = check::check(registry, &args.graph, &document, &directory)?;
+    let frames = args.frames.clone().unwrap_or_else(|| check::frames_of(&document));
+    let checked = |document: &Document| {
+        check::check(registry, &args.graph, document, &directory, Some(&frames))
+    };
+    let graph = checked(&document)?;
     if outputs.is_empty() {
         let name = check::name(&args.graph);
         print::error(format!(
@@ -196,17 +168,20 @@ fn prepare(registry: &Registry, args: &Render) -> Result<(Graph, Vec<String>), u
         return Err(exit::INVALID);
     }
     let Some(window) = args.window.filter(|_| args.output.is_none()) else {
-        return Ok((graph, outputs));
+        return Ok(Prepared { graph, outputs, frames });
     };
     // A part of a picture must not replace the whole.
     for info in graph.nodes().filter(|node| outputs.iter().any(|id| id == node.id)) {
         for (field, file) in info.writes {
-            let file = part_name(file, window);
+            // As the text has it, with a place for the number of the frame.
+            let raw = document.nodes.iter().find(|raw| raw.id == info.id);
+            let file = raw.and_then(|raw| raw.parsed(field)).unwrap_or_else(|| file.to_owned());
+            let file = part_name(&file, window);
             // The node was read with this field, so that it can be set.
             let _ = document.set(info.id, field, &format!("{file:?}"));
         }
     }
-    Ok((check::check(registry, &args.graph, &document, &directory)?, outputs))
+    Ok(Prepared { graph: checked(&document)?, outputs, frames })
 }
 
 /// The nodes that are to write; what is named by `-o` is set, and gets a writer if it has none.
@@ -294,9 +269,9 @@ fn resolved(document: &Document, settings: &[Setting]) -> String {
         [] => String::new(),
         [only] => only.clone(),
         // Who says which is not asked.
-        _ if ["size", "lines"]
-            .iter()
-            .all(|field| settings.iter().any(|set| set.node == WRITER && set.field == *field)) =>
+        _ if ["size", "lines"].iter().all(|field| {
+            settings.iter().any(|set| set.node.as_deref() == Some(WRITER) && set.field == *field)
+        }) =>
         {
             String::new()
         }
@@ -313,9 +288,4 @@ fn resolved(document: &Document, settings: &[Setting]) -> String {
 /// A path that means the same from the graph's folder.
 fn absolute(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
-}
-
-fn fail(args: &Render, failure: &Failure) -> u8 {
-    print::error(format!("{}: {failure}", check::name(&args.graph)));
-    exit::of(&failure.error)
 }

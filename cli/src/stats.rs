@@ -26,14 +26,15 @@ pub(crate) struct Done {
 /// A file of a node.
 pub(crate) struct Written {
     pub(crate) node: String,
+    pub(crate) frame: i64,
     pub(crate) file: PathBuf,
     pub(crate) bytes: Option<u64>,
 }
 
 impl Written {
-    fn json(&self) -> Json {
+    pub(crate) fn json(&self) -> Json {
         let file = output::tidy(&self.file).display().to_string();
-        json!({ "node": self.node, "file": file, "bytes": self.bytes })
+        json!({ "node": self.node, "frame": self.frame, "file": file, "bytes": self.bytes })
     }
 }
 
@@ -41,6 +42,7 @@ fn outcome(report: &NodeReport) -> &'static str {
     match report.outcome {
         Outcome::Evaluated => "evaluated",
         Outcome::Known => "known",
+        Outcome::Stored => "stored",
         Outcome::Passed => "passed on",
     }
 }
@@ -61,7 +63,8 @@ pub(crate) fn table(reports: &[NodeReport], seconds: f64) -> String {
             };
             let size =
                 if report.bytes > 0 { print::bytes(report.bytes as u64) } else { String::new() };
-            [report.node.clone(), report.kind.to_owned(), time, size, facts.join(", ")]
+            let at = report.frame.map_or(String::new(), |frame| format!(" @ {frame}"));
+            [report.node.clone() + &at, report.kind.to_owned(), time, size, facts.join(", ")]
         })
         .collect();
     let head = ["node", "kind", "time", "memory", "holds"].map(str::to_owned);
@@ -94,6 +97,7 @@ pub(crate) fn json(done: &Done, said: &Said) -> String {
             json!({
                 "node": report.node,
                 "kind": report.kind,
+                "frame": report.frame,
                 "outcome": outcome(report),
                 "key": report.key,
                 "seconds": report.seconds,
@@ -135,15 +139,18 @@ pub(crate) fn explanation(graph: &Graph, plan: &Schedule, reports: &[NodeReport]
         if asked.peek().is_none() {
             let _ = writeln!(out, "{} ({}): not needed", node.id, node.kind);
         }
-        for Asked { demand, by, .. } in asked {
-            let done = |report: &&NodeReport| report.node == node.id && report.demand == *demand;
+        for Asked { demand, by, frame, .. } in asked {
+            let done = |report: &&NodeReport| {
+                report.node == node.id && report.demand == *demand && report.frame == *frame
+            };
             let done = reports.iter().find(done).map_or("wanted", outcome);
             let by = if by.is_empty() { "you".to_owned() } else { by.join(", ") };
             let mut words = Vec::new();
             flatten("", demand, &mut words);
             let what =
                 if words.is_empty() { String::new() } else { format!(": {}", words.join(" ")) };
-            let _ = writeln!(out, "{} ({}), {done} for {by}{what}", node.id, node.kind);
+            let at = frame.map_or(String::new(), |frame| format!(" at frame {frame}"));
+            let _ = writeln!(out, "{} ({}), {done} for {by}{at}{what}", node.id, node.kind);
         }
     }
     out

@@ -9,6 +9,7 @@
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Instant;
 
@@ -54,6 +55,8 @@ struct Entry {
 pub struct Shelf {
     cache: Arc<Cache>,
     number: u64,
+    /// When unused items were dropped last, as the cache counts requests.
+    swept: AtomicU64,
 }
 
 /// Bytes in use, until this is dropped.
@@ -130,7 +133,7 @@ impl Cache {
     pub fn shelf(self: &Arc<Cache>) -> Shelf {
         let mut held = self.held();
         held.clock += 1;
-        Shelf { cache: self.clone(), number: held.clock }
+        Shelf { cache: self.clone(), number: held.clock, swept: AtomicU64::new(held.clock) }
     }
 
     /// Counts bytes that are in use, for which kept ones make room.
@@ -243,6 +246,18 @@ impl Shelf {
         drop(entry);
     }
 
+    /// Drops what nobody asked for or put here since this was called last.
+    pub fn drop_unused(&self) {
+        let mut held = self.cache.held();
+        held.clock += 1;
+        let last = self.swept.swap(held.clock, Ordering::Relaxed);
+        let items = held.shelves.get(&self.number).into_iter().flatten();
+        let old: Vec<(Key, u32)> =
+            items.filter(|(_, entry)| entry.place.1 < last).map(|(key, _)| *key).collect();
+        drop(held);
+        old.into_iter().for_each(|(key, part)| self.remove(key, part));
+    }
+
     /// Bytes that are kept.
     pub fn bytes(&self) -> usize {
         let held = self.cache.held();
@@ -305,6 +320,18 @@ mod tests {
         }
         assert!(!kept(&shelf, 0..8).contains(&4));
         assert_eq!((shelf.bytes(), cache.report().kept), (30, 30));
+    }
+
+    #[test]
+    fn what_is_not_used_any_more_is_dropped() {
+        let cache = Cache::new(100);
+        let shelf = cache.shelf();
+        (0..3).for_each(|n| shelf.put(key(n), 0, Arc::new(n), 10, 1.0));
+        shelf.drop_unused();
+        assert_eq!(kept(&shelf, 0..3), [0, 1, 2]);
+        shelf.get(key(1), 0);
+        shelf.drop_unused();
+        assert_eq!((kept(&shelf, 0..3), cache.report().kept), (vec![1], 10));
     }
 
     #[test]

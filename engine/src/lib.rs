@@ -47,6 +47,7 @@ pub mod light;
 pub(crate) mod machine;
 pub mod math;
 pub mod moment;
+pub mod motion;
 pub mod open;
 pub mod output;
 pub(crate) mod packed;

@@ -268,6 +268,14 @@ impl Value for Image {
     const NAME: &'static str = "Image";
     const READER: Option<&'static str> = Some("Read");
 
+    fn packed(&self) -> Option<Vec<u8>> {
+        Image::packed(self)
+    }
+
+    fn unpacked(bytes: &[u8]) -> Option<Image> {
+        Image::unpacked(bytes)
+    }
+
     fn bytes(&self) -> usize {
         Image::bytes(self)
     }

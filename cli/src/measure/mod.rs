@@ -82,9 +82,9 @@ fn measure(registry: &Registry, args: &Measure) -> Result<(), u8> {
 fn picture(registry: &Registry, args: &Measure) -> Result<String, u8> {
     // What is wrong with a setting is told before hours of rendering the others.
     let known = |settings: &[Setting]| {
-        let own = |setting: &&Setting| setting.node != render::WRITER;
+        let own = |setting: &&Setting| setting.node.as_deref() != Some(render::WRITER);
         let settings: Vec<Setting> = settings.iter().filter(own).cloned().collect();
-        check::read(registry, &args.graph, &settings)
+        check::read(registry, &args.graph, &settings, None)
     };
     combinations(&args.vary).iter().try_for_each(|settings| known(settings).map(drop))?;
     let graph = known(&args.reference)?;
@@ -282,7 +282,7 @@ mod tests {
     #[test]
     fn the_last_parameter_varies_fastest() {
         let vary = |field: &str, value: &str| Setting {
-            node: "n".to_owned(),
+            node: Some("n".to_owned()),
             field: field.to_owned(),
             value: value.to_owned(),
         };

@@ -1,17 +1,22 @@
 //! What a node asks of its inputs, and what it gets of them.
 
-use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 
+use super::check::Graph;
 use super::link::{Link, Slot};
+use super::stored::Stored;
 use super::value::{AnyDemand, AnyValue, Value};
+use crate::error::Result;
+use crate::key::Key;
+use crate::moment::Moment;
 use crate::watch::Watch;
 
 /// What a node asks of its inputs.
 pub struct Upstream<'a> {
-    names: &'a HashMap<String, usize>,
-    directory: &'a Path,
+    graph: &'a Graph,
+    moment: Moment,
     pub(super) asks: Vec<Ask>,
 }
 
@@ -20,29 +25,47 @@ pub(super) struct Ask {
     pub(super) by: Slot,
     /// The number of the node that is asked.
     pub(super) of: usize,
+    pub(super) moment: Moment,
     pub(super) demand: Box<dyn AnyDemand>,
 }
 
 impl<'a> Upstream<'a> {
-    /// Nothing yet, of nodes with names.
-    pub(super) fn new(names: &'a HashMap<String, usize>, directory: &'a Path) -> Upstream<'a> {
-        Upstream { names, directory, asks: Vec::new() }
+    /// Nothing yet, of a graph's nodes at a moment.
+    pub(super) fn new(graph: &'a Graph, moment: Moment) -> Upstream<'a> {
+        Upstream { graph, moment, asks: Vec::new() }
     }
 
     /// Asks a linked node for a value. Links that are not given are passed over. One link may be asked for several
     /// values: [`Inputs::each`] gives them in the same order.
     pub fn ask<T: Value>(&mut self, link: &Link<T>, demand: T::Demand) {
-        self.ask_any((link.target(), link.slot()), Box::new(demand));
+        self.ask_at(link, demand, 0.0);
+    }
+
+    /// Asks a linked node for a value some frames later, or earlier: for what a shutter sees.
+    pub fn ask_at<T: Value>(&mut self, link: &Link<T>, demand: T::Demand, frames_later: f64) {
+        let moment = self.moment.later(frames_later);
+        self.ask_any((link.target(), link.slot()), Box::new(demand), moment);
+    }
+
+    /// Whether what a link leads to is another at another moment.
+    pub fn varies<T: Value>(&self, link: &Link<T>) -> bool {
+        let target = self.graph.names.get(link.target());
+        target.is_some_and(|target| self.graph.nodes[*target].varies)
+    }
+
+    /// Asks what is asked of a node itself of one of its links.
+    pub(super) fn pass_on(&mut self, link: (&str, Slot), demand: Box<dyn AnyDemand>) {
+        self.ask_any(link, demand, self.moment);
     }
 
     /// The folder from which files are found.
     pub fn directory(&self) -> &Path {
-        self.directory
+        &self.graph.directory
     }
 
-    pub(super) fn ask_any(&mut self, (target, by): (&str, Slot), demand: Box<dyn AnyDemand>) {
-        if let Some(of) = self.names.get(target).copied() {
-            self.asks.push(Ask { by, of, demand });
+    fn ask_any(&mut self, (target, by): (&str, Slot), demand: Box<dyn AnyDemand>, moment: Moment) {
+        if let Some(of) = self.graph.names.get(target).copied() {
+            self.asks.push(Ask { by, of, moment, demand });
         }
     }
 }
@@ -52,7 +75,10 @@ pub struct Inputs<'a> {
     /// In the order in which they were asked for.
     pub(super) values: Vec<(Slot, AnyValue)>,
     pub(super) directory: &'a Path,
+    pub(super) moment: Option<Moment>,
     pub(super) watch: &'a Watch,
+    /// Where results are stored, and the key of what is being made.
+    pub(super) stored: Option<(&'a Stored, Key)>,
     pub(super) tell: &'a (dyn Fn(Remark<'_>) + Sync),
 }
 
@@ -83,6 +109,40 @@ impl Inputs<'_> {
     /// The folder from which files are found.
     pub fn directory(&self) -> &Path {
         self.directory
+    }
+
+    /// The moment that the value is for, if the node [said](super::Node::moves) that it makes another at another.
+    pub fn moment(&self) -> Option<Moment> {
+        self.moment
+    }
+
+    /// What takes long of a node's work: from where results are stored, if it is there, or made and stored. It depends
+    /// on nothing but the node's fields, what it was asked, and its inputs. `unpack` refuses bytes that are none of
+    /// its.
+    ///
+    /// # Errors
+    /// If it cannot be made.
+    pub fn remembered<T>(
+        &self,
+        unpack: impl FnOnce(&[u8]) -> Option<T>,
+        make: impl FnOnce() -> Result<T>,
+        pack: impl FnOnce(&T) -> Vec<u8>,
+    ) -> Result<T> {
+        let Some((stored, key)) = self.stored else { return make() };
+        let warn = |message: &str| self.warn(message);
+        if let Some(bytes) = stored.bytes(key, &warn) {
+            if let Some(known) = unpack(&bytes) {
+                return Ok(known);
+            }
+            stored.refuse(key);
+        }
+        let clock = Instant::now();
+        let made = make()?;
+        // What was made while it was to stop may be half done.
+        if !self.watch.is_stopped() {
+            stored.put(key, clock.elapsed().as_secs_f64(), &pack(&made), &warn);
+        }
+        Ok(made)
     }
 
     /// Tells the user what was done that is worth knowing, such as that colours were converted.

@@ -4,34 +4,56 @@ use petgraph::algo::{tarjan_scc, toposort};
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::catalogue::{self, Leaf};
 use super::diagnostic::{Diagnostic, list, nearest};
 use super::document::{Document, RawNode, field_span};
+use super::film::Film;
 use super::link::is_file;
 use super::node::AnyNode;
+use super::parameter::ParameterInfo;
 use super::registry::{Kind, Registry};
 use crate::error::{Error, Result};
+use crate::moment::{Frames, Moment};
 use crate::text::index::{Index, Item};
 use crate::text::{meant_path, parse};
 
 /// A checked graph: every node parsed, every link resolved and of the right type, without cycles.
 pub struct Graph {
-    pub(super) nodes: Vec<Checked>,
+    pub(super) nodes: Vec<GraphNode>,
     pub(super) names: HashMap<String, usize>,
     /// Nodes, those that use others before those that they use.
     pub(super) order: Vec<usize>,
     pub(super) directory: PathBuf,
+    /// The first moment that it was checked for.
+    pub(super) first: Moment,
+    parameters: Vec<ParameterInfo>,
+    film: Film,
+    registry: Registry,
 }
 
-/// A checked node.
+/// A node of a graph, at all moments.
+pub(super) struct GraphNode {
+    pub(super) id: String,
+    pub(super) kind: Arc<Kind>,
+    /// Whether what it makes is another at another moment: something in it does, or in what it uses.
+    pub(super) varies: bool,
+    /// As it is at the first moment.
+    first: Arc<Checked>,
+    /// As it is at others, by their frames, if its own text is another.
+    others: Mutex<HashMap<u64, Arc<Checked>>>,
+}
+
+/// A node as it is at a moment.
 pub(super) struct Checked {
     pub(super) id: String,
     pub(super) kind: Arc<Kind>,
     pub(super) node: Box<dyn AnyNode>,
     /// What it is asked to do, whatever its inputs are called.
     pub(super) nameless: serde_json::Value,
+    /// Whether it reads something that is another at another moment.
+    pub(super) moves: bool,
     pub(super) files: Vec<String>,
     /// The fields that name files which it writes, and the files.
     writes: Vec<(String, String)>,
@@ -47,15 +69,16 @@ pub struct NodeInfo<'g> {
     pub kind: &'g str,
     /// The name of the type that it makes.
     pub output: &'static str,
+    /// Whether what it makes is another at another frame.
+    pub varies: bool,
     /// The names of the nodes that it uses.
     pub uses: Vec<&'g str>,
-    /// The fields that name files which it writes, and the files, as the graph has them.
+    /// The fields that name files which it writes, and the files, at the first frame.
     pub writes: Vec<(&'g str, &'g str)>,
 }
 
 /// A link before it is resolved.
 struct Wish {
-    from: usize,
     field: String,
     of: String,
     reader: Option<String>,
@@ -63,7 +86,7 @@ struct Wish {
 }
 
 impl Graph {
-    /// Checks a document. Files are found from `directory`.
+    /// Checks a document for the first of its frames. Files are found from `directory`.
     ///
     /// # Errors
     /// All that is wrong with it.
@@ -72,29 +95,83 @@ impl Graph {
         registry: &Registry,
         directory: &Path,
     ) -> Result<Graph, Vec<Diagnostic>> {
-        let mut check = Check {
-            document,
-            registry,
-            directory,
-            nodes: Vec::new(),
-            wishes: Vec::new(),
-            outputs: HashMap::new(),
-            faults: Vec::new(),
-        };
-        for raw in &document.nodes {
-            check.node(raw);
+        let first = document.frames.as_ref().map_or(1, |frames| frames.as_slice()[0]);
+        Graph::check_frames(document, registry, directory, &Frames::one(first))
+    }
+
+    /// Checks a document for frames. Files are found from `directory`.
+    ///
+    /// # Errors
+    /// All that is wrong with it, each fault once; one that a later frame brings says which.
+    pub fn check_frames(
+        document: &Document,
+        registry: &Registry,
+        directory: &Path,
+        frames: &Frames,
+    ) -> Result<Graph, Vec<Diagnostic>> {
+        let moments: Vec<Moment> =
+            frames.as_slice().iter().map(|frame| document.moment(*frame as f64)).collect();
+        let first = moments[0];
+        let (film, faults) = Film::new(document, registry);
+        let nodes = document.nodes.iter().map(|raw| {
+            let kind = registry.kind(&raw.kind).cloned();
+            Draft { id: raw.id.clone(), kind, instances: Vec::new(), moments: Vec::new() }
+        });
+        let nodes = nodes.collect();
+        let mut check = Check { document: &document.nodes, registry, directory, nodes, faults };
+        let parameters = film.parameters(first, &mut check.faults);
+        for i in 0..document.nodes.len() {
+            check.add(&film, i, first);
         }
+        for moment in &moments[1..] {
+            let before = check.faults.len();
+            if film.some_parameter_varies() {
+                film.parameters(*moment, &mut check.faults);
+            }
+            for i in (0..document.nodes.len()).filter(|i| film.varies(*i)) {
+                check.add(&film, i, *moment);
+            }
+            if check.are_new(before, *moment) >= MOST_FAULTS {
+                break;
+            }
+        }
+        let known = check.nodes.iter().enumerate().filter(|(_, draft)| !draft.instances.is_empty());
         let mut names: HashMap<String, usize> =
-            check.nodes.iter().enumerate().map(|(i, node)| (node.id.clone(), i)).collect();
+            known.map(|(i, draft)| (draft.id.clone(), i)).collect();
         check.link(&mut names);
-        check.overwritten();
+        // Which files are written may be others at each frame.
+        let writes =
+            |draft: &Draft| draft.instances.iter().any(|made| !made.checked.writes.is_empty());
+        let files_vary =
+            (0..document.nodes.len()).any(|i| film.varies(i) && writes(&check.nodes[i]));
+        let of_files = if files_vary { &moments[..] } else { &moments[..1] };
+        for moment in of_files {
+            let before = check.faults.len();
+            check.outputs(*moment);
+            if check.are_new(before, *moment) > before && *moment != first {
+                break;
+            }
+        }
         let order = check.order();
         let Check { nodes, mut faults, .. } = check;
         if !faults.is_empty() {
             faults.sort_by_key(|fault| fault.span.start);
             return Err(faults);
         }
-        Ok(Graph { nodes, names, order, directory: directory.to_owned() })
+        let varies = |i: usize, draft: &Draft| film.varies(i) || draft.instances[0].checked.moves;
+        let mut nodes: Vec<GraphNode> = nodes
+            .into_iter()
+            .enumerate()
+            .map(|(i, draft)| GraphNode::new(varies(i, &draft), draft))
+            .collect();
+        // Users stand before what they use.
+        for at in order.iter().rev() {
+            let uses = nodes[*at].all().into_iter().flat_map(|checked| checked.links.clone());
+            let varies = uses.into_iter().any(|link| nodes[link].varies);
+            nodes[*at].varies |= varies;
+        }
+        let (directory, registry) = (directory.to_owned(), registry.clone());
+        Ok(Graph { nodes, names, order, directory, first, parameters, film, registry })
     }
 
     /// The nodes in the order of the document, files that links name after them.
@@ -103,14 +180,74 @@ impl Graph {
             id: &node.id,
             kind: &node.kind.name,
             output: node.kind.output,
-            uses: node.links.iter().map(|link| self.nodes[*link].id.as_str()).collect(),
-            writes: node.writes.iter().map(|(field, file)| (&**field, &**file)).collect(),
+            varies: node.varies,
+            uses: node.first.links.iter().map(|link| self.nodes[*link].id.as_str()).collect(),
+            writes: node.first.writes.iter().map(|(field, file)| (&**field, &**file)).collect(),
         })
+    }
+
+    /// The files that a node writes at a frame, as seen from the graph's folder.
+    ///
+    /// # Errors
+    /// If there is no such node, or it cannot be made at that frame.
+    pub fn writes(&self, id: &str, frame: f64) -> Result<Vec<PathBuf>> {
+        let checked = self.at(self.find(id)?, self.moment(frame))?;
+        Ok(checked.writes.iter().map(|(_, file)| self.directory.join(file)).collect())
+    }
+
+    /// The graph's parameters, at the first frame.
+    pub fn parameters(&self) -> &[ParameterInfo] {
+        &self.parameters
     }
 
     /// The folder from which files are found.
     pub fn directory(&self) -> &Path {
         &self.directory
+    }
+
+    /// A frame as a moment, at the graph's rate.
+    pub fn moment(&self, frame: f64) -> Moment {
+        Moment { frame, ..self.first }
+    }
+
+    /// A node as it is at a moment.
+    ///
+    /// # Errors
+    /// If its text is none that can be read then, or it uses what it does not use at the frames that were checked.
+    pub(super) fn at(&self, node: usize, moment: Moment) -> Result<Arc<Checked>> {
+        let known = &self.nodes[node];
+        if !self.film.varies(node) || moment == self.first {
+            return Ok(known.first.clone());
+        }
+        let frame = moment.frame.to_bits();
+        let others = || known.others.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(checked) = others().get(&frame) {
+            return Ok(checked.clone());
+        }
+        let Graph { film, registry, directory, .. } = self;
+        let mut check =
+            Check { document: &[], registry, directory, nodes: Vec::new(), faults: Vec::new() };
+        let made = film.node(node, moment).map_err(|faults| check.faults.extend(faults));
+        let made = made.ok().and_then(|raw| check.node(&raw, known.kind.clone()));
+        let (Some((mut checked, wishes)), []) = (made, &check.faults[..]) else {
+            let fault = check.faults.first().map_or("", |fault| &fault.message);
+            return Err(Error::invalid(format!("at frame {}: {fault}", moment.frame)));
+        };
+        // Its place among those that it may use is settled.
+        let place = |at: usize| self.order.iter().position(|other| *other == at);
+        let fits = |link: &usize, wish: &Wish| {
+            place(node) < place(*link) && self.nodes[*link].kind.output == wish.of
+        };
+        let link =
+            |wish: &Wish| self.names.get(&wish.target).copied().filter(|link| fits(link, wish));
+        let links: Option<Vec<usize>> = wishes.iter().map(link).collect();
+        checked.links = links.ok_or_else(|| {
+            Error::invalid(format!(
+                "at frame {} it uses a node or a file that it uses at none of the frames that were asked for",
+                moment.frame
+            ))
+        })?;
+        Ok(others().entry(frame).or_insert(Arc::new(checked)).clone())
     }
 
     /// The place of a node.
@@ -126,27 +263,112 @@ impl Graph {
     }
 }
 
+impl GraphNode {
+    fn new(varies: bool, draft: Draft) -> GraphNode {
+        let Draft { id, instances, moments, .. } = draft;
+        let checked: Vec<Arc<Checked>> =
+            instances.into_iter().map(|made| Arc::new(made.checked)).collect();
+        let others =
+            moments.iter().map(|(moment, at)| (moment.frame.to_bits(), checked[*at].clone()));
+        let others = Mutex::new(others.collect());
+        let first = checked[0].clone();
+        GraphNode { id, kind: first.kind.clone(), varies, first, others }
+    }
+
+    /// The node as it is at all moments that are known.
+    fn all(&self) -> Vec<Arc<Checked>> {
+        let others = self.others.lock().unwrap_or_else(PoisonError::into_inner);
+        others.values().chain([&self.first]).cloned().collect()
+    }
+}
+
+/// The most faults that are looked for at frames behind the first.
+const MOST_FAULTS: usize = 20;
+
 struct Check<'a> {
-    document: &'a Document,
+    document: &'a [RawNode],
     registry: &'a Registry,
     directory: &'a Path,
-    nodes: Vec<Checked>,
-    wishes: Vec<Wish>,
-    /// The files that are written, by which node, and where that is said.
-    outputs: HashMap<PathBuf, (usize, std::ops::Range<usize>)>,
+    /// Those of the document, then files that links name.
+    nodes: Vec<Draft>,
     faults: Vec<Diagnostic>,
 }
 
+/// A node that is being checked.
+struct Draft {
+    id: String,
+    kind: Option<Arc<Kind>>,
+    /// As it is at the moments that were asked for, each text once.
+    instances: Vec<Instance>,
+    /// Which of them it is at which moment.
+    moments: Vec<(Moment, usize)>,
+}
+
+/// A node at a moment that is being checked.
+struct Instance {
+    raw: RawNode,
+    checked: Checked,
+    wishes: Vec<Wish>,
+}
+
+impl Draft {
+    /// The node at a moment; one that does not change in time is what it was at the first.
+    fn at(&self, moment: Moment) -> Option<&Instance> {
+        let known = self.moments.iter().find(|(known, _)| *known == moment);
+        self.instances.get(known.or(self.moments.first()).map_or(0, |(_, at)| *at))
+    }
+}
+
 impl Check<'_> {
-    /// Parses a node and finds its links.
-    fn node(&mut self, raw: &RawNode) {
-        let Some(kind) = self.registry.kind(&raw.kind).cloned() else {
-            self.faults.push(self.unknown(raw));
-            return;
+    /// Adds a node of the document as it is at a moment. With a text that it had before, it is the same.
+    fn add(&mut self, film: &Film, at: usize, moment: Moment) {
+        let raw = match film.node(at, moment) {
+            Ok(raw) => raw.into_owned(),
+            Err(faults) => return self.faults.extend(faults),
         };
+        let is_same = |made: &Instance| made.raw.text.text() == raw.text.text();
+        let draft = &mut self.nodes[at];
+        if let Some(same) = draft.instances.iter().position(is_same) {
+            return draft.moments.push((moment, same));
+        }
+        let Some(kind) = draft.kind.clone() else {
+            let fault = self.unknown(&raw);
+            return self.faults.push(fault);
+        };
+        let Some((checked, wishes)) = self.node(&raw, kind) else { return };
+        let draft = &mut self.nodes[at];
+        draft.moments.push((moment, draft.instances.len()));
+        draft.instances.push(Instance { raw, checked, wishes });
+    }
+
+    /// Keeps of the faults behind a number those that were not told before, and says at which moment they come; returns
+    /// how many there are now.
+    fn are_new(&mut self, before: usize, moment: Moment) -> usize {
+        let is_first = self
+            .nodes
+            .iter()
+            .all(|draft| draft.moments.first().is_none_or(|(first, _)| *first == moment));
+        for mut fault in self.faults.split_off(before) {
+            let is_known = |known: &Diagnostic| {
+                let same = known.message.split(" (at frame ").next() == Some(&*fault.message);
+                same && known.span == fault.span
+            };
+            if !self.faults.iter().any(is_known) {
+                if !is_first {
+                    fault.message += &format!(" (at frame {})", moment.frame);
+                }
+                self.faults.push(fault);
+            }
+        }
+        self.faults.len()
+    }
+
+    /// Parses a node and finds its links.
+    fn node(&mut self, raw: &RawNode, kind: Arc<Kind>) -> Option<(Checked, Vec<Wish>)> {
         let before = self.faults.len();
-        let Some((node, unread)) = self.parse(raw, &kind) else { return };
-        let index = Index::new(&raw.text);
+        let (node, unread) = self.parse(raw, &kind)?;
+        let text = raw.text.text();
+        let index = Index::new(text);
         for number in index.numbers() {
             let holds = |(_, item): &(&str, &Item)| item.value.contains(&number.start);
             let field = index.fields().find(holds).map_or("this", |(name, _)| name);
@@ -154,23 +376,20 @@ impl Check<'_> {
             self.faults.push(Diagnostic::error(raw.place(number.clone()), message));
         }
         for (_, place) in index.texts() {
-            if let Some(cure) = meant_path(&raw.text[place.clone()]) {
+            if let Some(cure) = meant_path(&text[place.clone()]) {
                 let message = "a backslash of this path stands for a control letter";
                 let fault = Diagnostic::error(raw.place(place), message);
                 self.faults.push(fault.help(format!("in a path write `/`: {cure}")));
             }
         }
-        let from = self.nodes.len();
-        let (mut files, mut writes) = (Vec::new(), Vec::new());
-        let (wishes, faults, outputs) = (&mut self.wishes, &mut self.faults, &mut self.outputs);
-        let nodes = &self.nodes;
-        let directory = self.directory;
+        let (mut files, mut writes, mut wishes) = (Vec::new(), Vec::new(), Vec::new());
+        let (faults, directory) = (&mut self.faults, self.directory);
         let parameters = node.parameters();
         catalogue::visit(&kind.schema, &parameters, &mut |field, leaf| match leaf {
             Leaf::Link { ref target, .. } if target.is_empty() && unread.contains(field) => {}
             Leaf::Input(ref path) if path.is_empty() && unread.contains(field) => {}
             Leaf::Link { of, reader, target } => {
-                wishes.push(Wish { from, field: field.to_owned(), of, reader, target });
+                wishes.push(Wish { field: field.to_owned(), of, reader, target });
             }
             Leaf::Input(path) if path.is_empty() => faults.push(missing(raw, field, "a file")),
             Leaf::Input(path) => {
@@ -179,19 +398,11 @@ impl Check<'_> {
             }
             Leaf::Output(path) if path.is_empty() => {}
             Leaf::Output(path) => {
-                let place = directory.join(&path);
-                if let Err(message) = crate::output::check_name(&place) {
+                if let Err(message) = crate::output::check_name(&directory.join(&path)) {
                     let message = format!("`{field}`: \"{path}\": {message}");
                     faults.push(Diagnostic::error(raw.field(field), message));
                 }
                 writes.push((field.to_owned(), path));
-                let place = crate::output::real(&place);
-                if let Some((first, _)) = outputs.insert(place, (from, raw.field(field))) {
-                    let first = nodes.get(first).map_or(&raw.id, |node| &node.id);
-                    let message = format!("\"{first}\" and \"{}\" write the same file", raw.id);
-                    let fault = Diagnostic::error(raw.field(field), message);
-                    faults.push(fault.label("the second").help("name another file"));
-                }
             }
             Leaf::OutOfRange(message) => {
                 faults.push(Diagnostic::error(raw.field(field), format!("`{field}`: {message}")));
@@ -205,16 +416,225 @@ impl Check<'_> {
             let span = span.unwrap_or_else(|| raw.field(&fault.field));
             self.faults.push(Diagnostic::error(span, message));
         }
-        let id = raw.id.clone();
         let nameless = catalogue::nameless(&kind.schema, &parameters);
-        self.nodes.push(Checked { id, kind, node, nameless, files, writes, links: Vec::new() });
+        let (id, moves, links) = (raw.id.clone(), node.moves(directory), Vec::new());
+        Some((Checked { id, kind, node, nameless, moves, files, writes, links }, wishes))
+    }
+
+    /// Resolves links: to nodes by name, to files by nodes that read them.
+    fn link(&mut self, names: &mut HashMap<String, usize>) {
+        // Names of nodes that have errors of their own are known, so that their users get none.
+        let known: HashSet<&str> = self.document.iter().map(|raw| raw.id.as_str()).collect();
+        for at in 0..self.document.len() {
+            for which in 0..self.nodes[at].instances.len() {
+                let before = self.faults.len();
+                let wishes = std::mem::take(&mut self.nodes[at].instances[which].wishes);
+                let links =
+                    wishes.iter().filter_map(|wish| self.linked(at, which, wish, &known, names));
+                let links: Vec<usize> = links.collect();
+                self.nodes[at].instances[which].checked.links = links;
+                let number = self.nodes[at].moments.iter().find(|(_, of)| *of == which);
+                if let Some((moment, _)) = number.filter(|_| which > 0) {
+                    self.are_new(before, *moment);
+                }
+            }
+        }
+    }
+
+    /// The node that a link leads to, if it leads to one of the right type; if not, that is told.
+    fn linked(
+        &mut self,
+        at: usize,
+        which: usize,
+        wish: &Wish,
+        known: &HashSet<&str>,
+        names: &mut HashMap<String, usize>,
+    ) -> Option<usize> {
+        let raw = &self.nodes[at].instances[which].raw;
+        let span = link_span(raw, wish);
+        if wish.target.is_empty() {
+            self.faults.push(missing(raw, &wish.field, &format!("a {}", wish.of)));
+            return None;
+        }
+        if !names.contains_key(&wish.target) && is_file(&wish.target) {
+            self.read(wish, span.clone(), names);
+        }
+        let Some(target) = names.get(&wish.target).copied() else {
+            if !known.contains(wish.target.as_str()) && !is_file(&wish.target) {
+                let fault =
+                    Diagnostic::error(span, format!("there is no node \"{}\"", wish.target))
+                        .label(format!("`{}` needs a {}", wish.field, wish.of));
+                let nodes = self.nodes.iter().filter(|draft| !draft.instances.is_empty());
+                let fault = match nearest(&wish.target, nodes.map(|draft| draft.id.as_str())) {
+                    Some(near) => fault.help(format!("did you mean \"{near}\"?")),
+                    None => fault,
+                };
+                self.faults.push(fault);
+            }
+            return None;
+        };
+        let made = |draft: &Draft| draft.kind.as_ref().is_some_and(|kind| kind.output == wish.of);
+        if made(&self.nodes[target]) {
+            return Some(target);
+        }
+        let (kind, output) =
+            self.nodes[target].kind.as_ref().map_or(("", ""), |kind| (&kind.name, kind.output));
+        let message = format!(
+            "`{}` needs a {}, but \"{}\" is a {kind} and makes a {output}",
+            wish.field, wish.of, wish.target
+        );
+        let fault = Diagnostic::error(span, message).label("wrong type");
+        let fits =
+            |(i, draft): &(usize, &Draft)| *i != at && made(draft) && !draft.instances.is_empty();
+        let others: Vec<&str> = self
+            .nodes
+            .iter()
+            .enumerate()
+            .filter(fits)
+            .map(|(_, draft)| draft.id.as_str())
+            .collect();
+        let fault = match others.len() {
+            0 => fault,
+            _ => fault.help(format!("nodes that make a {}: {}", wish.of, list(others))),
+        };
+        self.faults.push(fault);
+        None
+    }
+
+    /// Adds a node that reads the file that a link names.
+    fn read(
+        &mut self,
+        wish: &Wish,
+        span: std::ops::Range<usize>,
+        names: &mut HashMap<String, usize>,
+    ) {
+        let kind = wish.reader.as_ref().and_then(|name| self.registry.kind(name)).cloned();
+        let Some(kind) = kind else {
+            let message =
+                format!("\"{}\" is a file, but a {} cannot be read from one", wish.target, wish.of);
+            self.faults.push(
+                Diagnostic::error(span, message)
+                    .help(format!("link a node that makes a {}", wish.of)),
+            );
+            return;
+        };
+        let text = format!("{}(file: {:?})", kind.name, wish.target);
+        let node = match (kind.parse)(&text) {
+            Ok(node) => node,
+            Err(error) => {
+                let message = format!("this file cannot be named: {error}");
+                return self.faults.push(Diagnostic::error(span, message));
+            }
+        };
+        if let Err(fault) = node.check() {
+            self.faults.push(Diagnostic::error(span.clone(), fault.message));
+        }
+        self.faults.extend(absent(self.directory, &wish.target, span.clone()));
+        names.insert(wish.target.clone(), self.nodes.len());
+        let (id, files) = (wish.target.clone(), vec![wish.target.clone()]);
+        let nameless = catalogue::nameless(&kind.schema, &node.parameters());
+        let moves = node.moves(self.directory);
+        let (writes, links) = (Vec::new(), Vec::new());
+        let raw = RawNode::outside(&id, &kind.name, span, &text);
+        let checked = Checked {
+            id: id.clone(),
+            kind: kind.clone(),
+            node,
+            nameless,
+            moves,
+            files,
+            writes,
+            links,
+        };
+        let instances = vec![Instance { raw, checked, wishes: Vec::new() }];
+        self.nodes.push(Draft { id, kind: Some(kind), instances, moments: Vec::new() });
+    }
+
+    /// Reports nodes that write one file, or would overwrite a file that they are made from, at a moment.
+    fn outputs(&mut self, moment: Moment) {
+        use crate::output::real;
+        let place = |file: &str| real(&self.directory.join(file));
+        let nodes: Vec<Option<&Instance>> =
+            self.nodes.iter().map(|draft| draft.at(moment)).collect();
+        let made = || nodes.iter().enumerate().filter_map(|(i, made)| Some((i, (*made)?)));
+        let read: HashSet<PathBuf> =
+            made().flat_map(|(_, made)| &made.checked.files).map(|file| place(file)).collect();
+        let mut faults = Vec::new();
+        let mut written: HashMap<PathBuf, usize> = HashMap::new();
+        for (writer, Instance { raw, checked, .. }) in made() {
+            for (field, file) in &checked.writes {
+                let path = place(file);
+                if let Some(first) = written.get(&path) {
+                    let first = &self.nodes[*first].id;
+                    let message = format!("\"{first}\" and \"{}\" write the same file", raw.id);
+                    let fault = Diagnostic::error(raw.field(field), message);
+                    faults.push(fault.label("the second").help("name another file"));
+                }
+                let is_read = read.contains(&path) && {
+                    let (mut open, mut seen) = (vec![writer], vec![false; nodes.len()]);
+                    let mut is_read = false;
+                    while let Some(at) = open.pop() {
+                        let Some(made) =
+                            nodes[at].filter(|_| !std::mem::replace(&mut seen[at], true))
+                        else {
+                            continue;
+                        };
+                        open.extend(&made.checked.links);
+                        is_read |= made.checked.files.iter().any(|file| place(file) == path);
+                    }
+                    is_read
+                };
+                if is_read {
+                    let message =
+                        format!("\"{}\" would overwrite a file that it is made from", raw.id);
+                    let fault = Diagnostic::error(raw.field(field), message);
+                    faults.push(fault.label("is read too").help("name another file"));
+                }
+                written.insert(path, writer);
+            }
+        }
+        self.faults.extend(faults);
+    }
+
+    /// Orders the nodes; reports every cycle with all nodes in it.
+    fn order(&mut self) -> Vec<usize> {
+        let mut graph = DiGraph::<usize, ()>::new();
+        let indices: Vec<NodeIndex> = (0..self.nodes.len()).map(|i| graph.add_node(i)).collect();
+        for (i, draft) in self.nodes.iter().enumerate() {
+            for link in draft.instances.iter().flat_map(|made| &made.checked.links) {
+                graph.update_edge(indices[i], indices[*link], ());
+            }
+        }
+        for cycle in tarjan_scc(&graph) {
+            let is_loop = cycle.len() > 1 || graph.contains_edge(cycle[0], cycle[0]);
+            if is_loop {
+                let mut ids: Vec<&str> =
+                    cycle.iter().rev().map(|i| self.nodes[graph[*i]].id.as_str()).collect();
+                // Begin with the node that stands first in the text.
+                let first = ids
+                    .iter()
+                    .enumerate()
+                    .min_by_key(|(_, id)| self.document.iter().position(|raw| raw.id == **id));
+                let first = first.map_or(0, |(at, _)| at);
+                ids.rotate_left(first);
+                let raw = self.document.iter().find(|raw| raw.id == ids[0]);
+                let span = raw.map_or(0..1, |raw| raw.id_span.clone());
+                let way = ids.join("\" uses \"");
+                let message =
+                    format!("nodes use each other in a circle: \"{way}\" uses \"{}\"", ids[0]);
+                self.faults.push(Diagnostic::error(span, message).label("one of them"));
+            }
+        }
+        toposort(&graph, None)
+            .map_or_else(|_| Vec::new(), |order| order.iter().map(|i| graph[*i]).collect())
     }
 
     /// Parses a node. What is wrong is reported, and the rest is read without it, for all errors to be found at once;
     /// returns the names of the fields that something is wrong with.
     fn parse(&mut self, raw: &RawNode, kind: &Kind) -> Option<(Box<dyn AnyNode>, HashSet<String>)> {
-        let parsed = parse::parse(&raw.text, |text| (kind.parse)(text).map_err(|error| *error));
-        let index = Index::new(&raw.text);
+        let parsed =
+            parse::parse(raw.text.text(), |text| (kind.parse)(text).map_err(|error| *error));
+        let index = Index::new(raw.text.text());
         let mut unread = HashSet::new();
         for mut fault in parsed.faults {
             let at = fault.span.start;
@@ -250,153 +670,6 @@ impl Check<'_> {
             None => fault.help("`spandrel nodes` lists all kinds"),
         }
     }
-
-    /// Resolves links: to nodes by name, to files by nodes that read them.
-    fn link(&mut self, names: &mut HashMap<String, usize>) {
-        // Names of nodes that have errors of their own are known, so that their users get none.
-        let document: HashMap<&str, &RawNode> =
-            self.document.nodes.iter().map(|raw| (raw.id.as_str(), raw)).collect();
-        for wish in std::mem::take(&mut self.wishes) {
-            let raw = document.get(self.nodes[wish.from].id.as_str()).copied();
-            let Some(raw) = raw else { continue };
-            let span = || link_span(raw, &wish);
-            if wish.target.is_empty() {
-                self.faults.push(missing(raw, &wish.field, &format!("a {}", wish.of)));
-                continue;
-            }
-            if !names.contains_key(&wish.target) && is_file(&wish.target) {
-                self.read(&wish, span(), names);
-            }
-            let Some(target) = names.get(&wish.target).copied() else {
-                if !document.contains_key(wish.target.as_str()) && !is_file(&wish.target) {
-                    let fault =
-                        Diagnostic::error(span(), format!("there is no node \"{}\"", wish.target))
-                            .label(format!("`{}` needs a {}", wish.field, wish.of));
-                    let known = self.nodes.iter().map(|node| node.id.as_str());
-                    self.faults.push(match nearest(&wish.target, known) {
-                        Some(near) => fault.help(format!("did you mean \"{near}\"?")),
-                        None => fault,
-                    });
-                }
-                continue;
-            };
-            let kind = &self.nodes[target].kind;
-            if kind.output != wish.of {
-                let message = format!(
-                    "`{}` needs a {}, but \"{}\" is a {} and makes a {}",
-                    wish.field, wish.of, wish.target, kind.name, kind.output
-                );
-                let fault = Diagnostic::error(span(), message).label("wrong type");
-                let fits = |node: &&Checked| node.kind.output == wish.of && node.id != raw.id;
-                let others: Vec<&str> =
-                    self.nodes.iter().filter(fits).map(|node| node.id.as_str()).collect();
-                self.faults.push(match others.len() {
-                    0 => fault,
-                    _ => fault.help(format!("nodes that make a {}: {}", wish.of, list(others))),
-                });
-                continue;
-            }
-            self.nodes[wish.from].links.push(target);
-        }
-    }
-
-    /// Adds a node that reads the file that a link names.
-    fn read(
-        &mut self,
-        wish: &Wish,
-        span: std::ops::Range<usize>,
-        names: &mut HashMap<String, usize>,
-    ) {
-        let kind = wish.reader.as_ref().and_then(|name| self.registry.kind(name)).cloned();
-        let Some(kind) = kind else {
-            let message =
-                format!("\"{}\" is a file, but a {} cannot be read from one", wish.target, wish.of);
-            self.faults.push(
-                Diagnostic::error(span, message)
-                    .help(format!("link a node that makes a {}", wish.of)),
-            );
-            return;
-        };
-        let text = format!("{}(file: {:?})", kind.name, wish.target);
-        match (kind.parse)(&text) {
-            Ok(node) => {
-                if let Err(fault) = node.check() {
-                    self.faults.push(Diagnostic::error(span.clone(), fault.message));
-                }
-                self.faults.extend(absent(self.directory, &wish.target, span));
-                names.insert(wish.target.clone(), self.nodes.len());
-                let files = vec![wish.target.clone()];
-                let id = wish.target.clone();
-                let (writes, links) = (Vec::new(), Vec::new());
-                let nameless = catalogue::nameless(&kind.schema, &node.parameters());
-                self.nodes.push(Checked { id, kind, node, nameless, files, writes, links });
-            }
-            Err(error) => {
-                self.faults
-                    .push(Diagnostic::error(span, format!("this file cannot be named: {error}")));
-            }
-        }
-    }
-
-    /// Reports every node that would overwrite a file which it is made from.
-    fn overwritten(&mut self) {
-        use crate::output::real;
-        let readers = self.nodes.iter().flat_map(|node| &node.files);
-        let read: HashSet<PathBuf> = readers.map(|file| real(&self.directory.join(file))).collect();
-        for (path, (writer, span)) in &self.outputs {
-            if !read.contains(path) {
-                continue;
-            }
-            let (mut open, mut seen) = (vec![*writer], vec![false; self.nodes.len()]);
-            while let Some(at) = open.pop() {
-                if std::mem::replace(&mut seen[at], true) {
-                    continue;
-                }
-                let node = &self.nodes[at];
-                open.extend(&node.links);
-                if node.files.iter().any(|file| real(&self.directory.join(file)) == *path) {
-                    let writer = &self.nodes[*writer].id;
-                    let message =
-                        format!("\"{writer}\" would overwrite a file that it is made from");
-                    let fault = Diagnostic::error(span.clone(), message);
-                    self.faults.push(fault.label("is read too").help("name another file"));
-                    break;
-                }
-            }
-        }
-    }
-
-    /// Orders the nodes; reports every cycle with all nodes in it.
-    fn order(&mut self) -> Vec<usize> {
-        let mut graph = DiGraph::<usize, ()>::new();
-        let indices: Vec<NodeIndex> = (0..self.nodes.len()).map(|i| graph.add_node(i)).collect();
-        for (i, node) in self.nodes.iter().enumerate() {
-            for link in &node.links {
-                graph.add_edge(indices[i], indices[*link], ());
-            }
-        }
-        for cycle in tarjan_scc(&graph) {
-            let is_loop = cycle.len() > 1 || graph.contains_edge(cycle[0], cycle[0]);
-            if is_loop {
-                let mut ids: Vec<&str> =
-                    cycle.iter().rev().map(|i| self.nodes[graph[*i]].id.as_str()).collect();
-                // Begin with the node that stands first in the text.
-                let first = ids.iter().enumerate().min_by_key(|(_, id)| {
-                    self.document.nodes.iter().position(|raw| raw.id == **id)
-                });
-                let first = first.map_or(0, |(at, _)| at);
-                ids.rotate_left(first);
-                let raw = self.document.nodes.iter().find(|raw| raw.id == ids[0]);
-                let span = raw.map_or(0..1, |raw| raw.id_span.clone());
-                let way = ids.join("\" uses \"");
-                let message =
-                    format!("nodes use each other in a circle: \"{way}\" uses \"{}\"", ids[0]);
-                self.faults.push(Diagnostic::error(span, message).label("one of them"));
-            }
-        }
-        toposort(&graph, None)
-            .map_or_else(|_| Vec::new(), |order| order.iter().map(|i| graph[*i]).collect())
-    }
 }
 
 /// What is wrong with a file that is to be read, if it is not there.
@@ -424,10 +697,12 @@ fn missing(raw: &RawNode, field: &str, what: &str) -> Diagnostic {
 
 /// Where a link's target stands.
 fn link_span(raw: &RawNode, wish: &Wish) -> std::ops::Range<usize> {
-    let Some(span) = field_span(&raw.text, &wish.field) else { return raw.field(&wish.field) };
+    let Some(span) = field_span(raw.text.text(), &wish.field) else {
+        return raw.field(&wish.field);
+    };
     // In a list of links, the one that is meant.
     let quoted = format!("\"{}\"", wish.target);
-    match raw.text[span.clone()].find(&quoted) {
+    match raw.text.text()[span.clone()].find(&quoted) {
         Some(at) => raw.place(span.start + at..span.start + at + quoted.len()),
         None => raw.place(span),
     }

@@ -10,7 +10,8 @@ use std::fmt;
 use std::ops::Range;
 
 use super::diagnostic::Diagnostic;
-use crate::text::{Index, list, nearest, offset_in_text, options, parse};
+use crate::moment::{Frames, Moment};
+use crate::text::{Index, Patch, Woven, list, nearest, offset_in_text, options, parse};
 
 /// The version of the graph format that this library reads.
 pub const VERSION: u32 = 1;
@@ -23,11 +24,17 @@ pub struct Document {
     pub text: String,
     /// The nodes in the order of the text.
     pub nodes: Vec<RawNode>,
+    /// The graph's parameters, by name: what kind each is, and its fields, of which `default` is its value.
+    pub parameters: Vec<RawNode>,
+    /// The frames that are rendered if nobody says which.
+    pub frames: Option<Frames>,
+    /// Frames of a second.
+    pub rate: f64,
     /// Where the settings from outside begin in the text.
     outside: usize,
 }
 
-/// A node of the text.
+/// A node of the text, or a parameter of the graph.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RawNode {
     /// Its name in the graph.
@@ -39,18 +46,7 @@ pub struct RawNode {
     /// Where its text, kind and fields, stands.
     pub span: Range<usize>,
     /// The text, with what was set from outside.
-    pub text: String,
-    /// Where its pieces come from, in their order.
-    pieces: Vec<TextPiece>,
-}
-
-/// A part of a node's text that stands as it is in the document's.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct TextPiece {
-    /// Where it begins in the node's text.
-    at: usize,
-    /// Where it stands in the document's.
-    origin: Range<usize>,
+    pub text: Woven,
 }
 
 #[derive(serde::Deserialize)]
@@ -58,6 +54,12 @@ struct TextPiece {
 struct Raw<'a> {
     #[serde(default = "version")]
     version: u32,
+    #[serde(default)]
+    frames: Option<String>,
+    #[serde(default = "rate")]
+    rate: f64,
+    #[serde(borrow, default)]
+    parameters: RawNodes<'a>,
     #[serde(borrow)]
     nodes: RawNodes<'a>,
 }
@@ -66,7 +68,22 @@ fn version() -> u32 {
     VERSION
 }
 
+fn rate() -> f64 {
+    Moment::RATE
+}
+
+/// What the outer form of a graph's text says.
+struct Outline {
+    version: u32,
+    frames: Option<String>,
+    rate: f64,
+    /// Names, and where what they name begins and ends.
+    parameters: Vec<(String, Range<usize>)>,
+    nodes: Vec<(String, Range<usize>)>,
+}
+
 /// The nodes in order; doubles are kept, so that they can be reported.
+#[derive(Default)]
 struct RawNodes<'a>(Vec<(String, &'a RawValue)>);
 
 impl<'de: 'a, 'a> Deserialize<'de> for RawNodes<'a> {
@@ -97,46 +114,65 @@ impl Document {
     /// # Errors
     /// All that is wrong with the text's outer form: its syntax, its version, names that are no names.
     pub fn parse(text: &str) -> Result<Document, Vec<Diagnostic>> {
-        // The version, and of each node the name and where its text begins and ends.
         let read = |text: &str| {
             let raw: Raw<'_> = options().from_str(text)?;
-            let place = |value: &RawValue| {
+            let place = |(id, value): (String, &RawValue)| {
                 let body = value.trim().get_ron();
                 let start = body.as_ptr() as usize - text.as_ptr() as usize;
-                start..start + body.len()
+                (id, start..start + body.len())
             };
-            let nodes = raw.nodes.0.into_iter().map(|(id, value)| (id, place(value)));
-            Ok((raw.version, nodes.collect::<Vec<_>>()))
+            let Raw { version, frames, rate, parameters, nodes } = raw;
+            let parameters = parameters.0.into_iter().map(place).collect();
+            let nodes = nodes.0.into_iter().map(place).collect();
+            Ok(Outline { version, frames, rate, parameters, nodes })
         };
         let parse::Parsed { value, mut faults, .. } = parse::parse(text, read);
         let index = Index::new(text);
         faults.extend(parse::doubles(&index));
-        let Some((version, raw)) = value else { return Err(faults) };
+        let Some(Outline { version, frames, rate, parameters, nodes }) = value else {
+            return Err(faults);
+        };
         if version != VERSION {
             let message = format!("graph version {version}: this program reads {VERSION}");
             faults.push(Diagnostic::error(0..text.len().min(5), message));
         }
-        let mut nodes: Vec<RawNode> = Vec::new();
-        for (id, span) in raw {
+        let field = |name: &str| index.field(name).unwrap_or(0..text.len().min(5));
+        let frames = frames.and_then(|frames| {
+            let parsed = frames.parse();
+            parsed.map_err(|fault| faults.push(Diagnostic::error(field("frames"), fault))).ok()
+        });
+        if !(rate > 0.0 && rate <= 1e6) {
+            let message = format!("`rate` is {rate}: frames of a second, a number above 0");
+            faults.push(Diagnostic::error(field("rate"), message));
+        }
+        let mut raw = |what: &str, (id, span): (String, Range<usize>)| {
             let body = &text[span.clone()];
             let id_span = index.item(index.at(span.start)).key.clone();
             let id_span = id_span.unwrap_or(span.start..span.start + 1);
             let kind = kind_of(body);
             if !is_name(&id) {
                 faults.push(
-                    Diagnostic::error(id_span.clone(), format!("\"{id}\" is no name for a node"))
+                    Diagnostic::error(id_span.clone(), format!("\"{id}\" is no name for a {what}"))
                         .label("only letters, digits and _, not beginning with a digit"),
                 );
             }
-            let text = body.to_owned();
-            let pieces = vec![TextPiece { at: 0, origin: span.clone() }];
-            nodes.push(RawNode { id, id_span, kind, span, text, pieces });
-        }
+            let text = Woven::new(body, span.clone());
+            RawNode { id, id_span, kind, span, text }
+        };
+        let nodes: Vec<RawNode> = nodes.into_iter().map(|node| raw("node", node)).collect();
+        let parameters: Vec<RawNode> =
+            parameters.into_iter().map(|parameter| raw("parameter", parameter)).collect();
         faults.sort_by_key(|fault| fault.span.start);
         if !faults.is_empty() {
             return Err(faults);
         }
-        Ok(Document { text: text.to_owned(), nodes, outside: text.len() })
+        let outside = text.len();
+        Ok(Document { text: text.to_owned(), nodes, parameters, frames, rate, outside })
+    }
+
+    /// A frame as a moment, at the graph's rate.
+    pub fn moment(&self, frame: f64) -> Moment {
+        Moment { frame, rate: self.rate }
     }
 
     /// What a fault of the document blames: the text of the file or, if it is true, the settings from outside, a line
@@ -159,107 +195,110 @@ impl Document {
         let at = self.text.len();
         self.text.push_str(&format!("{id}: {text}"));
         let span = self.text.len() - text.len()..self.text.len();
-        let pieces = vec![TextPiece { at: 0, origin: span.clone() }];
         let (id, id_span, kind) = (id.to_owned(), at..at + id.len(), kind_of(text));
-        self.nodes.push(RawNode { id, id_span, kind, span, text: text.to_owned(), pieces });
+        let text = Woven::new(text, span.clone());
+        self.nodes.push(RawNode { id, id_span, kind, span, text });
     }
 
-    /// Sets a parameter of a node, as if the text said so.
+    /// Sets a field of a node, as if the text said so.
     ///
     /// # Errors
     /// If there is no such node, or its text has no list of fields.
     pub fn set(&mut self, id: &str, field: &str, value: &str) -> Result<(), String> {
-        let names: Vec<String> = self.nodes.iter().map(|node| node.id.clone()).collect();
-        let node = self.nodes.iter_mut().find(|node| node.id == id).ok_or_else(|| {
-            let names = names.iter().map(String::as_str);
-            match nearest(id, names.clone()) {
-                Some(near) => format!("there is no node \"{id}\": did you mean \"{near}\"?"),
-                None => format!("there is no node \"{id}\": there are {}", list(names)),
-            }
-        })?;
-        let known = field_span(&node.text, field);
-        if known.is_none() && !node.text.contains('(') {
-            return Err(format!("\"{id}\" has no list of fields to set one in"));
+        let node = found(&mut self.nodes, id, "node")?;
+        node.set(&mut self.text, &format!("{id}.{field}"), field, value)
+    }
+
+    /// Sets a parameter of the graph, as if the text said so.
+    ///
+    /// # Errors
+    /// If there is no such parameter.
+    pub fn set_parameter(&mut self, name: &str, value: &str) -> Result<(), String> {
+        let parameter = found(&mut self.parameters, name, "parameter")?;
+        parameter.set(&mut self.text, name, "default", value)
+    }
+}
+
+/// The node or parameter of a name.
+fn found<'n>(all: &'n mut [RawNode], id: &str, what: &str) -> Result<&'n mut RawNode, String> {
+    let names: Vec<String> = all.iter().map(|raw| raw.id.clone()).collect();
+    all.iter_mut().find(|raw| raw.id == id).ok_or_else(|| {
+        let names = names.iter().map(String::as_str);
+        match nearest(id, names.clone()) {
+            Some(near) => format!("there is no {what} \"{id}\": did you mean \"{near}\"?"),
+            None => format!("there is no {what} \"{id}\": there are {}", list(names)),
         }
-        self.text.push('\n');
-        let start = self.text.len() + id.len() + 1;
-        self.text.push_str(&format!("{id}.{field}={value}"));
-        let (name, sign) =
-            (start..start + field.len(), start + field.len()..start + field.len() + 1);
-        let value_at = sign.end..self.text.len();
+    })
+}
+
+impl RawNode {
+    /// Sets a field; `said` is how the user named it, for the line that is added to the document.
+    fn set(
+        &mut self,
+        document: &mut String,
+        said: &str,
+        field: &str,
+        value: &str,
+    ) -> Result<(), String> {
+        let known = field_span(self.text.text(), field);
+        if known.is_none() && !self.text.text().contains('(') {
+            return Err(format!("\"{}\" has no list of fields to set one in", self.id));
+        }
+        document.push('\n');
+        let start = document.len();
+        document.push_str(&format!("{said}={value}"));
+        // The name is the last part of what was said, or stands for it.
+        let sign = start + said.len()..start + said.len() + 1;
+        let name = sign.start - field.len().min(said.len())..sign.start;
+        let value_at = sign.end..document.len();
         match known {
-            Some(span) => node.replace(span, &[(value, value_at)]),
+            Some(span) => self.text.replace(span, &[Patch::of(value, value_at)]),
             None => {
                 // Behind the last field, before whatever comment follows it; or behind the bracket.
-                let last = Index::new(&node.text).fields().map(|(_, item)| item.value.end).max();
-                let place = last.unwrap_or_else(|| node.text.find('(').map_or(0, |at| at + 1));
+                let text = self.text.text();
+                let last = Index::new(text).fields().map(|(_, item)| item.value.end).max();
+                let place = last.unwrap_or_else(|| text.find('(').map_or(0, |at| at + 1));
                 let (before, behind) = if last.is_some() { (", ", "") } else { ("", ", ") };
                 let written = [
-                    (before, name.start..name.start),
-                    (field, name),
-                    (": ", sign),
-                    (value, value_at.clone()),
-                    (behind, value_at.end..value_at.end),
+                    Patch::of(before, name.start..name.start),
+                    Patch::of(field, name),
+                    Patch::of(": ", sign),
+                    Patch::of(value, value_at.clone()),
+                    Patch::of(behind, value_at.end..value_at.end),
                 ];
-                node.replace(place..place, &written);
+                self.text.replace(place..place, &written);
             }
         }
         Ok(())
     }
-}
-
-impl RawNode {
-    /// Replaces a part of the text by texts that stand elsewhere in the document's.
-    fn replace(&mut self, place: Range<usize>, by: &[(&str, Range<usize>)]) {
-        let text: String = by.iter().map(|(text, _)| *text).collect();
-        let ends = self.pieces[1..].iter().map(|piece| piece.at).chain([self.text.len()]);
-        let mut pieces = Vec::new();
-        let mut behind = Vec::new();
-        for (TextPiece { at, origin }, end) in self.pieces.iter().zip(ends) {
-            // What is left of it before the place and behind.
-            if *at < place.start {
-                pieces.push(TextPiece { at: *at, origin: origin.clone() });
-            }
-            if end > place.end {
-                let from = (*at).max(place.end);
-                let origin = (origin.start + from - at).min(origin.end)..origin.end;
-                behind.push(TextPiece { at: from - place.end + place.start + text.len(), origin });
-            }
-        }
-        let mut at = place.start;
-        for (text, origin) in by {
-            pieces.push(TextPiece { at, origin: origin.clone() });
-            at += text.len();
-        }
-        pieces.append(&mut behind);
-        self.text.replace_range(place, &text);
-        self.pieces = pieces;
-    }
-
-    /// Where a byte of its text stands in the document's, and where the piece that it is in ends there.
-    fn origin(&self, at: usize) -> (usize, usize) {
-        let piece = &self.pieces[self.pieces.partition_point(|p| p.at <= at).saturating_sub(1)];
-        ((piece.origin.start + at - piece.at).min(piece.origin.end), piece.origin.end)
-    }
 
     /// Where a place of its text stands in the document's.
     pub(super) fn place(&self, place: Range<usize>) -> Range<usize> {
-        let (start, till) = self.origin(place.start);
-        let (last, _) = self.origin(place.end.max(place.start + 1) - 1);
-        // A place that ends in another piece: as much of it as stands together.
-        let end = if (start..till).contains(&last) { last + 1 } else { till };
-        if place.is_empty() { start..start } else { start..end.max(start) }
+        self.text.place(place)
+    }
+
+    /// A node that the document does not have: it stands for a link that names a file.
+    pub(super) fn outside(id: &str, kind: &str, span: Range<usize>, text: &str) -> RawNode {
+        let text = Woven::new(text, span.clone());
+        let (id, kind) = (id.to_owned(), kind.to_owned());
+        RawNode { id, id_span: span.clone(), kind, span, text }
+    }
+
+    /// The same node with another text.
+    pub(super) fn with(&self, text: Woven) -> RawNode {
+        RawNode { text, ..self.clone() }
     }
 
     /// Where a field's value stands in the document's text; the node as a whole if it is not there.
     pub fn field(&self, field: &str) -> Range<usize> {
-        field_span(&self.text, field).map_or_else(|| self.id_span.clone(), |span| self.place(span))
+        field_span(self.text.text(), field)
+            .map_or_else(|| self.id_span.clone(), |span| self.place(span))
     }
 
     /// Where a byte of a field's text stands in the document's, if the field is a text.
     pub fn inside(&self, field: &str, byte: usize) -> Option<Range<usize>> {
-        let span = field_span(&self.text, field)?;
-        let at = span.start + offset_in_text(&self.text[span.clone()], byte)?;
+        let span = field_span(self.text.text(), field)?;
+        let at = span.start + offset_in_text(&self.text.text()[span.clone()], byte)?;
         Some(self.place(at..(at + 1).min(span.end)))
     }
 
@@ -270,7 +309,7 @@ impl RawNode {
 
     /// What a field says, if it is there.
     pub fn value(&self, field: &str) -> Option<&str> {
-        field_span(&self.text, field).map(|span| &self.text[span])
+        field_span(self.text.text(), field).map(|span| &self.text.text()[span])
     }
 
     /// Where the kind's name stands.
@@ -323,15 +362,15 @@ mod tests {
         document.set("n", "a", "2").unwrap();
         document.set("n", "b", "3").unwrap();
         document.set("m", "a", "4").unwrap();
-        assert_eq!(document.nodes[0].text, "K(a: 2, b: 3)");
-        assert_eq!(document.nodes[1].text, "K(a: 4, )");
+        assert_eq!(document.nodes[0].text.text(), "K(a: 2, b: 3)");
+        assert_eq!(document.nodes[1].text.text(), "K(a: 4, )");
         let said = |node: usize, field| &document.text[document.nodes[node].field(field)];
         assert_eq!([said(0, "a"), said(0, "b"), said(1, "a")], ["2", "3", "4"]);
         assert!(document.text.ends_with("\nn.a=2\nn.b=3\nm.a=4"), "{}", document.text);
         let commented = "Graph(nodes: {\"n\": K(\n  a: 1, // one\n  // and no more\n)})";
         let mut document = Document::parse(commented).unwrap();
         document.set("n", "b", "3").unwrap();
-        assert_eq!(document.nodes[0].text, "K(\n  a: 1, b: 3, // one\n  // and no more\n)");
+        assert_eq!(document.nodes[0].text.text(), "K(\n  a: 1, b: 3, // one\n  // and no more\n)");
         assert!(document.set("o", "a", "1").unwrap_err().contains("there is no node"));
     }
 

@@ -5,7 +5,7 @@
 //! keys of its inputs, and the contents of all files that were read, those among them that only the making
 //! told of. Before a kept value is taken, these are looked at again.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -16,6 +16,7 @@ use super::ask::{Inputs, Remark};
 use super::check::{Checked, Graph};
 use super::demand::{Failure, Schedule, Task};
 use super::link::Slot;
+use super::stored::{Files, Stored};
 use super::value::{AnyValue, Value};
 use crate::cache::{self, Cache, Kept, Shelf};
 use crate::error::{Error, Result};
@@ -29,13 +30,14 @@ use crate::watch::Watch;
 pub struct Run {
     cache: Arc<Cache>,
     kept: Shelf,
+    stored: Option<Stored>,
     stop: Arc<AtomicBool>,
 }
 
 /// A value that was made: what it depends on beside its key, and what it cost.
 struct Made {
     value: AnyValue,
-    files: BTreeMap<PathBuf, Option<Key>>,
+    files: Files,
     seconds: f64,
 }
 
@@ -46,6 +48,8 @@ pub enum Outcome {
     Evaluated,
     /// Its content was known.
     Known,
+    /// It was stored on disk; what it is made of was not needed for it.
+    Stored,
     /// It returned its input unchanged.
     Passed,
 }
@@ -57,6 +61,8 @@ pub struct NodeReport {
     pub node: String,
     /// Its kind.
     pub kind: String,
+    /// The frame, if it is another at another.
+    pub frame: Option<f64>,
     /// What was asked of it, as JSON.
     pub demand: serde_json::Value,
     /// What its value is: two with one key are alike bit for bit.
@@ -114,7 +120,13 @@ impl Run {
 
     /// A run that knows nothing yet, and keeps its values in a cache.
     pub fn with_cache(cache: &Arc<Cache>) -> Run {
-        Run { cache: cache.clone(), kept: cache.shelf(), stop: Arc::default() }
+        Run { cache: cache.clone(), kept: cache.shelf(), stored: None, stop: Arc::default() }
+    }
+
+    /// The same run, which stores results on disk and takes them from there.
+    #[must_use]
+    pub fn stored(self, stored: Stored) -> Run {
+        Run { stored: Some(stored), ..self }
     }
 
     /// Asks all evaluations of the run to stop: they end within a tenth of a second, with
@@ -134,28 +146,23 @@ impl Run {
         progress: &dyn Progress,
     ) -> Result<Evaluated, Failure> {
         let count = schedule.tasks.len();
-        let mut users: Vec<Vec<usize>> = vec![Vec::new(); count];
-        let mut open = vec![0; count];
-        for (i, task) in schedule.tasks.iter().enumerate() {
-            for (_, input) in &task.inputs {
-                users[*input].push(i);
-                open[i] += 1;
-            }
-        }
-        let ready: Vec<usize> = (0..count).rev().filter(|i| open[*i] == 0).collect();
-        let mut waiting: Vec<usize> = users.iter().map(Vec::len).collect();
-        // Who asked for the evaluation uses what is wanted, and does not end before it.
-        schedule.wanted.iter().for_each(|wanted| waiting[*wanted] += 1);
-        let state = State {
-            open,
-            waiting,
-            held: (0..count).map(|_| None).collect(),
-            busy: HashMap::new(),
-            reports: Vec::new(),
-            failure: None,
+        let mut evaluation = Evaluation {
+            graph,
+            schedule,
+            run: self,
+            progress,
+            recipes: Vec::new(),
+            users: vec![Vec::new(); count],
+            state: Mutex::new(State {
+                open: vec![0; count],
+                waiting: vec![0; count],
+                held: (0..count).map(|_| None).collect(),
+                busy: HashMap::new(),
+                reports: Vec::new(),
+                failure: None,
+            }),
         };
-        let evaluation =
-            Evaluation { graph, schedule, run: self, progress, users, state: Mutex::new(state) };
+        let ready = evaluation.prepare();
         rayon::scope(|scope| {
             for task in ready {
                 evaluation.spawn(scope, task);
@@ -179,9 +186,15 @@ impl Run {
         }
     }
 
+    /// Drops what was kept and not used since this was called last: between frames of a film, what only frames before
+    /// the last needed.
+    pub fn forget_unused(&self) {
+        self.kept.drop_unused();
+    }
+
     /// Keeps what nobody holds any more.
     fn keep(&self, held: Holding) {
-        let Holding { value, made } = held;
+        let Holding { value, made, .. } = held;
         // From here on it is not in use.
         drop(value);
         // What was passed on is kept by the node that made it.
@@ -208,17 +221,23 @@ struct Holding {
     value: AnyValue,
     /// What it was asked under, and what is kept of it; none if it was passed on.
     made: Option<(Key, Arc<Made>)>,
+    /// All files that it was made of, by itself and by what it is made of.
+    files: Arc<Files>,
 }
 
 impl Holding {
-    /// A value that was made, in use.
-    fn of(key: Key, made: Arc<Made>, cache: &Arc<Cache>) -> Holding {
-        Holding { value: made.value.clone().used(cache), made: Some((key, made)) }
+    /// A value that was made, in use; `below` are the files of what it is made of.
+    fn of(key: Key, made: Arc<Made>, below: &Files, cache: &Arc<Cache>) -> Holding {
+        let mut files = below.clone();
+        files.extend(made.files.iter().map(|(path, contents)| (path.clone(), *contents)));
+        let value = made.value.clone().used(cache);
+        Holding { value, made: Some((key, made)), files: Arc::new(files) }
     }
 
     /// The same value for another.
     fn again(&self) -> Holding {
-        Holding { value: self.value.clone(), made: self.made.clone() }
+        let Holding { value, made, files } = self;
+        Holding { value: value.clone(), made: made.clone(), files: files.clone() }
     }
 }
 
@@ -249,12 +268,91 @@ struct Evaluation<'a> {
     schedule: &'a Schedule,
     run: &'a Run,
     progress: &'a dyn Progress,
+    /// Of each task: what it is made of, as far as that is known before, if results are stored.
+    recipes: Vec<Option<Key>>,
     /// Of each task: those that use it.
     users: Vec<Vec<usize>>,
     state: Mutex<State>,
 }
 
 impl<'a> Evaluation<'a> {
+    /// Finds what must be made: what is stored is taken, and what only that is made of is left out. Returns the tasks
+    /// that can begin.
+    fn prepare(&mut self) -> Vec<usize> {
+        let tasks = &self.schedule.tasks;
+        if self.run.stored.is_some() {
+            let mut recipes = vec![None; tasks.len()];
+            // Users stand before what they use.
+            for at in (0..tasks.len()).rev() {
+                recipes[at] = self.recipe(&tasks[at], &recipes);
+            }
+            self.recipes = recipes;
+        }
+        let mut is_needed = vec![false; tasks.len()];
+        self.schedule.wanted.iter().for_each(|wanted| is_needed[*wanted] = true);
+        let mut ready = Vec::new();
+        for (at, task) in tasks.iter().enumerate() {
+            if !is_needed[at] {
+                continue;
+            }
+            let stored = self.stored(at);
+            let is_stored = stored.is_some();
+            if let Some(held) = stored {
+                self.tell(at, &held, Outcome::Stored);
+                self.state().held[at] = Some(held);
+                continue;
+            }
+            for (_, input) in &task.inputs {
+                is_needed[*input] = true;
+                self.users[*input].push(at);
+            }
+            if task.inputs.is_empty() && !is_stored {
+                ready.push(at);
+            }
+        }
+        let State { open, waiting, held, .. } =
+            self.state.get_mut().unwrap_or_else(PoisonError::into_inner);
+        for (at, users) in self.users.iter().enumerate() {
+            waiting[at] = users.len();
+            // What is stored is there already.
+            if held[at].is_none() {
+                users.iter().for_each(|user| open[*user] += 1);
+            }
+        }
+        // Who asked for the evaluation uses what is wanted, and does not end before it.
+        self.schedule.wanted.iter().for_each(|wanted| waiting[*wanted] += 1);
+        let is_ready = |at: &usize| {
+            is_needed[*at] && held[*at].is_none() && open[*at] == 0 && !tasks[*at].inputs.is_empty()
+        };
+        ready.extend((0..tasks.len()).filter(is_ready));
+        ready.sort_unstable_by(|a, b| b.cmp(a));
+        ready
+    }
+
+    /// What a task's value is made of, as far as it is known before anything is made; none if it cannot be told.
+    fn recipe(&self, task: &Task, recipes: &[Option<Key>]) -> Option<Key> {
+        if let Some(slot) = task.passes {
+            return recipes[task.inputs[slot].1];
+        }
+        let inputs = task.inputs.iter().map(|(_, input)| recipes[*input]);
+        let inputs: Vec<Key> = inputs.collect::<Option<_>>()?;
+        self.key_of(task, inputs.into_iter()).ok()
+    }
+
+    /// The stored value of a task.
+    fn stored(&self, at: usize) -> Option<Holding> {
+        let task = &self.schedule.tasks[at];
+        let (stored, packing) = (self.run.stored.as_ref()?, task.checked.kind.packing?);
+        let recipe = self.recipes[at]?;
+        let warn = |message: &str| self.progress.warned(&task.checked.id, message);
+        let folder = self.graph.directory();
+        let clock = Instant::now();
+        let (value, files) = stored.value(recipe, packing, folder, &warn)?;
+        let seconds = clock.elapsed().as_secs_f64();
+        let made = Arc::new(Made { value, files, seconds });
+        Some(Holding::of(recipe, made, &Files::new(), &self.run.cache))
+    }
+
     fn spawn<'s>(&'s self, scope: &rayon::Scope<'s>, at: usize)
     where
         'a: 's,
@@ -273,8 +371,9 @@ impl<'a> Evaluation<'a> {
         'a: 's,
     {
         let task = &self.schedule.tasks[at];
-        let node = &self.graph.nodes[task.node];
+        let node = &*task.checked;
         let mut values = Vec::new();
+        let mut below = Files::new();
         {
             let state = self.state();
             if state.failure.is_some() {
@@ -283,27 +382,31 @@ impl<'a> Evaluation<'a> {
             for (link, input) in &task.inputs {
                 let held = state.held[*input].as_ref().expect("a task starts after its inputs");
                 values.push((*link, held.value.clone()));
+                below.extend(held.files.iter().map(|(path, contents)| (path.clone(), *contents)));
             }
         }
         if self.run.stop.load(Ordering::Relaxed) {
             return self.fail(at, Error::Cancelled);
         }
         if let Some(slot) = task.passes {
-            let held = Holding { value: values.swap_remove(slot).1, made: None };
+            let value = values.swap_remove(slot).1;
+            let held = Holding { value, made: None, files: Arc::new(below) };
             return self.finish(scope, at, held, Outcome::Passed);
         }
-        let key = match self.key(node, task, &values) {
+        let keys = values.iter().map(|(_, value)| value.key.expect("every value has a key"));
+        let key = match self.key_of(task, keys) {
             Ok(key) => key,
             Err(error) => return self.fail(at, error),
         };
-        match self.begin(key, at) {
+        match self.begin(key, at, &below) {
             Start::Known(held) => return self.finish(scope, at, held, Outcome::Known),
             Start::Waits => return,
             Start::Computes => {}
         }
         match self.make(node, task, values, key) {
             Ok(made) => {
-                let held = Holding::of(key, Arc::new(made), &self.run.cache);
+                let held = Holding::of(key, Arc::new(made), &below, &self.run.cache);
+                self.store(at, &held);
                 let for_others = held.again();
                 // In one step: whoever comes later finds the value, and waits no more.
                 let waiting = {
@@ -336,7 +439,9 @@ impl<'a> Evaluation<'a> {
             Remark::Warning(message) => self.progress.warned(&node.id, message),
         };
         let directory = self.graph.directory();
-        let inputs = Inputs { values, directory, watch: &watch, tell: &tell };
+        let moment = node.moves.then_some(task.moment);
+        let stored = self.run.stored.as_ref().map(|stored| (stored, key));
+        let inputs = Inputs { values, directory, moment, watch: &watch, stored, tell: &tell };
         let clock = Instant::now();
         let made = watch
             .run(|| catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*task.demand, &inputs))));
@@ -359,8 +464,20 @@ impl<'a> Evaluation<'a> {
         Ok(Made { value, files, seconds })
     }
 
+    /// Stores a value that was made.
+    fn store(&self, at: usize, held: &Holding) {
+        let task = &self.schedule.tasks[at];
+        let (Some(stored), Some(packing)) = (&self.run.stored, task.checked.kind.packing) else {
+            return;
+        };
+        let (Some(recipe), Some((_, made))) = (self.recipes[at], &held.made) else { return };
+        let warn = |message: &str| self.progress.warned(&task.checked.id, message);
+        let files = (&*held.files, self.graph.directory());
+        stored.put_value(recipe, (&made.value, packing), files, made.seconds, &warn);
+    }
+
     /// Decides, in one step for all threads, how a task gets its value.
-    fn begin(&self, key: Key, at: usize) -> Start {
+    fn begin(&self, key: Key, at: usize, below: &Files) -> Start {
         let mut state = self.state();
         let State { busy, held, .. } = &mut *state;
         // Two nodes of one content: the first computes it, and others take its value or wait.
@@ -373,7 +490,7 @@ impl<'a> Evaluation<'a> {
                 }
             },
             None => match self.run.kept(key) {
-                Some(made) => Start::Known(Holding::of(key, made, &self.run.cache)),
+                Some(made) => Start::Known(Holding::of(key, made, below, &self.run.cache)),
                 None => {
                     busy.insert(key, (at, Vec::new()));
                     Start::Computes
@@ -383,15 +500,19 @@ impl<'a> Evaluation<'a> {
     }
 
     /// What a task's value is made of, as far as it is known before: its kind, its parameters (the names of its
-    /// links only where they matter), what is asked of it, its inputs' contents, those of the files that it names.
-    fn key(&self, node: &Checked, task: &Task, values: &[(Slot, AnyValue)]) -> Result<Key> {
+    /// links only where they matter), what is asked of it, the keys of its inputs, the contents of the files that it
+    /// names.
+    fn key_of(&self, task: &Task, inputs: impl Iterator<Item = Key>) -> Result<Key> {
+        let node = &*task.checked;
         let mut key = KeyHasher::new("node");
         key.bytes(node.kind.name.as_bytes());
         key.value(&node.nameless);
         key.value(&task.demand.json());
-        // Of inputs only keys count: they say all that the values were made of.
-        for (_, value) in values {
-            key.key(value.key.expect("every value got a key when it was made"));
+        if node.moves {
+            key.value(&task.moment);
+        }
+        for input in inputs {
+            key.key(input);
         }
         for file in &node.files {
             let path = self.graph.directory().join(file);
@@ -409,24 +530,10 @@ impl<'a> Evaluation<'a> {
         'a: 's,
     {
         let task = &self.schedule.tasks[at];
-        let node = &self.graph.nodes[task.node];
-        let value = &held.value;
-        let made = held.made.as_ref().filter(|_| outcome == Outcome::Evaluated);
-        let report = NodeReport {
-            node: node.id.clone(),
-            kind: node.kind.name.clone(),
-            demand: task.demand.json(),
-            key: value.key.expect("every value got a key when it was made"),
-            outcome,
-            seconds: made.map_or(0.0, |(_, made)| made.seconds),
-            bytes: value.bytes,
-            facts: value.facts.clone(),
-        };
-        self.progress.finished(&report);
+        self.tell(at, &held, outcome);
         let mut ready = Vec::new();
         {
             let mut state = self.state();
-            state.reports.push(report);
             state.held[at] = Some(held);
             for user in &self.users[at] {
                 state.open[*user] -= 1;
@@ -444,6 +551,28 @@ impl<'a> Evaluation<'a> {
         for user in ready {
             self.spawn(scope, user);
         }
+    }
+
+    /// Tells what became of a task.
+    fn tell(&self, at: usize, held: &Holding, outcome: Outcome) {
+        let task = &self.schedule.tasks[at];
+        let node = &*task.checked;
+        let value = &held.value;
+        let made =
+            held.made.as_ref().filter(|_| matches!(outcome, Outcome::Evaluated | Outcome::Stored));
+        let report = NodeReport {
+            node: node.id.clone(),
+            kind: node.kind.name.clone(),
+            frame: self.graph.nodes[task.node].varies.then_some(task.moment.frame),
+            demand: task.demand.json(),
+            key: value.key.expect("every value got a key when it was made"),
+            outcome,
+            seconds: made.map_or(0.0, |(_, made)| made.seconds),
+            bytes: value.bytes,
+            facts: value.facts.clone(),
+        };
+        self.progress.finished(&report);
+        self.state().reports.push(report);
     }
 
     fn fail(&self, at: usize, error: Error) {

@@ -1,5 +1,8 @@
 //! The graph: a document of nodes, checked, asked and evaluated.
 //!
+//! A document's values may change in time (`motion`): at a moment a node is what its text says then, and one schedule
+//! may ask for many moments.
+//!
 //! This module knows no picture. It knows *values* with their *demands* ([`value`]), *nodes* that make
 //! one value from others ([`node`]), the *registry* of all kinds of node, and three phases:
 //!
@@ -15,9 +18,12 @@ pub mod demand;
 pub mod diagnostic;
 pub mod document;
 pub mod evaluate;
+mod film;
 pub mod link;
 pub mod node;
+pub mod parameter;
 pub mod registry;
+pub mod stored;
 pub mod value;
 
 pub use ask::{Inputs, Upstream};
@@ -28,4 +34,5 @@ pub use evaluate::{NodeReport, Run};
 pub use link::{InFile, Link, NamedLink, OutFile};
 pub use node::Node;
 pub use registry::Registry;
+pub use stored::Stored;
 pub use value::{Demand, Value};

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::borrow::Cow;
+use std::path::Path;
 
 use super::ask::{Inputs, Upstream};
 use super::link::{Link, Slot};
@@ -63,6 +64,9 @@ pub trait Node:
     /// Names under which people who come from other programs look for it.
     const ALIASES: &'static [&'static str] = &[];
 
+    /// Whether what it makes is stored where results are kept on disk: if it takes longer to make than to read.
+    const STORED: bool = false;
+
     /// Checks what types and ranges do not say.
     ///
     /// # Errors
@@ -83,6 +87,12 @@ pub trait Node:
     /// # Errors
     /// If it cannot be made.
     fn evaluate(&self, wanted: &Wanted<Self>, inputs: &Inputs<'_>) -> Result<Self::Output>;
+
+    /// Whether what it makes is another at another moment though its fields are the same: what it reads moves, as seen
+    /// from the folder of the graph. [`Inputs::moment`] then says which it is.
+    fn moves(&self, _directory: &Path) -> bool {
+        false
+    }
 
     /// The input that this node returns unchanged, if its parameters make it do nothing: the input's
     /// value and key then are its own.
@@ -125,6 +135,7 @@ pub(super) trait AnyNode: Send + Sync {
     fn demand(&self, wanted: &dyn AnyDemand, upstream: &mut Upstream<'_>) -> Result<()>;
     fn evaluate(&self, wanted: &dyn AnyDemand, inputs: &Inputs<'_>) -> Result<AnyValue>;
     fn passes(&self) -> Option<(&str, Slot)>;
+    fn moves(&self, directory: &Path) -> bool;
 }
 
 impl<N: Node> AnyNode for N {
@@ -146,6 +157,10 @@ impl<N: Node> AnyNode for N {
 
     fn passes(&self) -> Option<(&str, Slot)> {
         Node::passes(self).map(|link| (link.target(), link.slot()))
+    }
+
+    fn moves(&self, directory: &Path) -> bool {
+        Node::moves(self, directory)
     }
 }
 

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::catalogue::{self, Field};
-use super::link::LINK;
+use super::link::{FILE, LINK};
 use super::node::{AnyNode, Node};
-use super::value::Value;
+use super::value::{AnyValue, Value};
 use crate::text::options;
 
 /// All kinds of node, by name.
@@ -34,6 +34,22 @@ pub struct Kind {
     pub fields: Vec<Field>,
     pub(super) schema: Json,
     pub(super) parse: Parse,
+    /// How its values become bytes and come back, if they are stored.
+    pub(super) packing: Option<Packing>,
+}
+
+/// How values become bytes and come back.
+#[derive(Clone, Copy)]
+pub(super) struct Packing {
+    pub(super) pack: fn(&AnyValue) -> Option<Vec<u8>>,
+    pub(super) unpack: fn(&[u8]) -> Option<AnyValue>,
+}
+
+fn packing<T: Value>() -> Packing {
+    Packing {
+        pack: |value| value.get::<T>().packed(),
+        unpack: |bytes| T::unpacked(bytes).map(AnyValue::new),
+    }
 }
 
 /// Parses a node's text.
@@ -65,6 +81,7 @@ impl Registry {
                 let node: N = options().from_str(text).map_err(Box::new)?;
                 Ok(Box::new(node))
             }),
+            packing: N::STORED.then(packing::<N::Output>),
         };
         self.add(kind)
     }
@@ -102,6 +119,21 @@ impl Kind {
         &self.schema
     }
 
+    /// Whether a field is, or has in it, the name of a file, or a link, which may be one.
+    pub(super) fn names_files(&self, field: &str) -> bool {
+        fn has(schema: &Json) -> bool {
+            match schema {
+                Json::Object(map) => {
+                    map.contains_key(LINK) || map.contains_key(FILE) || map.values().any(has)
+                }
+                Json::Array(list) => list.iter().any(has),
+                _ => false,
+            }
+        }
+        let fields = self.schema.get("properties");
+        fields.and_then(|fields| fields.get(field)).is_some_and(has)
+    }
+
     /// A field's value as the text of a graph has it, where people leave the quotes away that their shell takes: texts,
     /// files, nodes and colours.
     pub fn written(&self, field: &str, value: &str) -> String {
@@ -118,7 +150,8 @@ impl Kind {
         let may_be_link = forms.is_some_and(|forms| forms.iter().any(|f| f.get(LINK).is_some()));
         let is_quoted = value.starts_with(['"', '[', '('])
             || value.starts_with("r\"")
-            || value.starts_with("r#");
+            || value.starts_with("r#")
+            || ["Curve(", "Expr(", "Ref("].iter().any(|moving| value.starts_with(moving));
         let wants_quotes = value.starts_with('#') || may_be_link || schema.is_some_and(is_text);
         if wants_quotes && !is_quoted && !matches!(value, "None" | "Some") {
             return format!("{value:?}");

@@ -30,6 +30,19 @@ pub trait Value: Any + Send + Sync {
     /// Bytes held.
     fn bytes(&self) -> usize;
 
+    /// The value as bytes, exactly, for nodes [that are stored](super::Node::STORED); `None` if this one cannot be.
+    fn packed(&self) -> Option<Vec<u8>> {
+        None
+    }
+
+    /// The value of bytes that [`packed`](Value::packed) made; `None` if they are none.
+    fn unpacked(_bytes: &[u8]) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
     /// What a person wants to know of it, such as `("spans", 81234)`.
     fn facts(&self) -> Vec<(&'static str, u64)> {
         Vec::new()

@@ -14,6 +14,7 @@ mod head;
 mod png;
 mod raster;
 mod samples;
+mod stored;
 
 pub mod texels;
 mod tiff;

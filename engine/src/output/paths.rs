@@ -99,10 +99,15 @@ pub fn check_name(path: &Path) -> Result<(), String> {
             ));
         }
         if let Some(place) = placeholder(&name) {
-            return Err(format!(
-                "nothing is put in place of `{place}`: write the name itself; a script that renders frames names \
-                 the file of each"
-            ));
+            let cure = match place.starts_with(['#', '%']) && place.len() > 1 {
+                true => {
+                    "only renders of a graph have frames, whose number it would be: write the name itself"
+                }
+                false => {
+                    "in a graph, and behind `render -o`, write #### for the number of the frame"
+                }
+            };
+            return Err(format!("nothing is put in place of `{place}`: {cure}"));
         }
     }
     Ok(())

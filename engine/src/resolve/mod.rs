@@ -21,6 +21,7 @@ mod paint;
 mod refine;
 pub mod rule;
 mod select;
+pub mod shutter;
 mod stacks;
 mod strip;
 mod unseen;

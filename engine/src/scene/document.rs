@@ -18,6 +18,7 @@ use crate::error::{Error, Result};
 use crate::fragment::Environment;
 use crate::light::list::LightEntry;
 use crate::math;
+use crate::moment::Moment;
 
 /// The version of the scene format that this library writes.
 pub const VERSION: u32 = 1;
@@ -45,6 +46,9 @@ pub struct Document {
     /// The plan to use if none is named and there are several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub default_plan: Option<String>,
+    /// The moment that it was read at, if that was said: scenes that it names are read at the same.
+    #[serde(skip)]
+    pub moment: Option<Moment>,
 }
 
 impl Default for Document {
@@ -54,6 +58,7 @@ impl Default for Document {
             materials: BTreeMap::new(),
             plans: Vec::new(),
             default_plan: None,
+            moment: None,
         }
     }
 }

@@ -182,7 +182,9 @@ impl Flattening<'_> {
                 Ok(())
             }
             Shape::File { path, plan, unit, up } => {
-                let options = ReadOptions { unit: *unit, up: *up, ..ReadOptions::default() };
+                let moment = file.document.moment;
+                let options =
+                    ReadOptions { unit: *unit, up: *up, moment, ..ReadOptions::default() };
                 // One file in two units is two documents.
                 let id = (file.directory.join(path), format!("{options:?}"));
                 if !self.files.contains_key(&id) {

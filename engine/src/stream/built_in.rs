@@ -114,11 +114,11 @@ impl Compiler<'_> {
             "ceil" => plain(self, Unary::Ceil),
             "round" => plain(self, Unary::Round),
             "sign" => plain(self, Unary::Sign),
-            "deg" => self.scaled(x, 180.0 / std::f32::consts::PI),
-            "rad" => self.scaled(x, std::f32::consts::PI / 180.0),
+            "deg" => self.scaled(x, 180.0 / std::f64::consts::PI),
+            "rad" => self.scaled(x, std::f64::consts::PI / 180.0),
             "log10" => {
                 let log = plain(self, Unary::Log)?;
-                self.scaled(&log, std::f32::consts::LOG10_E)
+                self.scaled(&log, std::f64::consts::LOG10_E)
             }
             "invert" => {
                 let one = self.constant(1.0)?;
@@ -169,7 +169,7 @@ impl Compiler<'_> {
                         let one = self.constant(1.0)?;
                         let off = self.binary("-", &one, &t)?;
                         let square = self.binary("*", &off, &off)?;
-                        let power = self.scaled(&square, -8.0 * std::f32::consts::LN_2)?;
+                        let power = self.scaled(&square, -8.0 * std::f64::consts::LN_2)?;
                         let bell = self.each(Unary::Exp, &power)?;
                         let is_above = self.parted(Binary::GreaterEqual, x, &values[1])?;
                         self.binary("*", &bell, &is_above)
@@ -187,7 +187,7 @@ impl Compiler<'_> {
             "bias" => {
                 // x^(log b / log 0.5)
                 let log = self.each(Unary::Log, &values[1])?;
-                let power = self.scaled(&log, -1.0 / std::f32::consts::LN_2)?;
+                let power = self.scaled(&log, -1.0 / std::f64::consts::LN_2)?;
                 self.parted(Binary::Power, x, &power)
             }
             "gamma" => {
@@ -372,15 +372,15 @@ impl Compiler<'_> {
         known: std::ops::RangeInclusive<u32>,
     ) -> Result<u32, ProgramFault> {
         let number = self.ops[value.parts[0] as usize].as_number();
-        let kind = number.filter(|number| known.clone().any(|kind| kind as f32 == *number));
+        let kind = number.filter(|number| known.clone().any(|kind| f64::from(kind) == *number));
         kind.map(|kind| kind as u32).ok_or_else(|| ProgramFault::new(at, message.to_owned()))
     }
 
-    fn constant(&mut self, number: f32) -> Result<Value, ProgramFault> {
+    fn constant(&mut self, number: f64) -> Result<Value, ProgramFault> {
         Ok(Value { parts: vec![self.number(number)?], width: self.number(0.0)? })
     }
 
-    fn scaled(&mut self, value: &Value, by: f32) -> Result<Value, ProgramFault> {
+    fn scaled(&mut self, value: &Value, by: f64) -> Result<Value, ProgramFault> {
         let by = self.constant(by)?;
         self.binary("*", value, &by)
     }
@@ -421,7 +421,7 @@ impl Compiler<'_> {
         let mut moved = from;
         if k > 0 {
             for (i, part) in moved.iter_mut().enumerate() {
-                let by = self.number([17.3, 31.7, 43.1][i] * k as f32)?;
+                let by = self.number([17.3, 31.7, 43.1][i] * f64::from(k))?;
                 *part = self.two(Binary::Add, from[i], by)?;
             }
         }

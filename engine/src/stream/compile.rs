@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::built_in;
-use super::parse::{Expr, ExprKind, Function, Statement, SyntaxTree};
+use super::parse::{Expr, ExprKind, Function, Statement, SyntaxTree, no_part};
 use super::run::{Binary, Op, Pair, Unary};
 use super::variable::Variable;
 use super::{Parameter, ProgramFault};
@@ -58,27 +58,7 @@ pub(super) fn compile(
     parameters: &BTreeMap<String, Parameter>,
     channels: &BTreeMap<String, color::ValueKind>,
 ) -> Result<Compiled, ProgramFault> {
-    let mut compiler = Compiler {
-        ops: Vec::new(),
-        known: HashMap::new(),
-        patterns: Vec::new(),
-        functions: tree.functions.iter().map(|f| (f.name.as_str(), f)).collect(),
-        channels,
-        calls: Vec::new(),
-        visits: 0,
-        inside: 0,
-    };
-    for (number, function) in tree.functions.iter().enumerate() {
-        let before = &tree.functions[..number];
-        if before.iter().any(|other| other.name == function.name) {
-            let message = format!("there are two functions \"{}\"", function.name);
-            return Err(ProgramFault::new(function.at, message));
-        }
-        if built_in::names().any(|name| name == function.name) {
-            let message = format!("there is a function \"{}\" already", function.name);
-            return Err(ProgramFault::new(function.at, message));
-        }
-    }
+    let mut compiler = Compiler::new(tree, channels, true)?;
     for name in channels.keys() {
         let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic())
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
@@ -97,9 +77,9 @@ pub(super) fn compile(
             let message = format!("the parameter \"{name}\" has the name of a variable");
             return Err(ProgramFault::new(0, message));
         }
-        let numbers: Vec<f32> = match parameter {
-            Parameter::Number(number) => vec![*number],
-            Parameter::Color(color) => color.to_array().to_vec(),
+        let numbers: Vec<f64> = match parameter {
+            Parameter::Number(number) => vec![f64::from(*number)],
+            Parameter::Color(color) => color.to_array().map(f64::from).to_vec(),
         };
         let parts =
             numbers.into_iter().map(|number| compiler.number(number)).collect::<Result<_, _>>()?;
@@ -140,13 +120,40 @@ pub(super) fn compile(
     Ok(made)
 }
 
+/// Compiles a program that ends in a value, and knows what it is given alone: in double precision. Returns how many
+/// parts the value has.
+pub(super) fn compile_value<'a>(
+    tree: &'a SyntaxTree,
+    given: &'a BTreeMap<String, color::ValueKind>,
+    known: &[&'a str],
+) -> Result<(Compiled, usize), ProgramFault> {
+    let mut compiler = Compiler::new(tree, given, false)?;
+    compiler.others = known.to_vec();
+    let mut names = Names::new();
+    compiler.run(&tree.body, &mut names)?;
+    let Some(value) = &tree.value else {
+        let message = "it must end with a value, without a \";\"";
+        return Err(ProgramFault::new(0, message.to_owned()));
+    };
+    let value = compiler.value(value, &names)?;
+    let outputs = vec![(Output::Color, compiler.spread(&value))];
+    let mut made = Compiled { ops: compiler.ops, outputs, ..Compiled::default() };
+    made.drop_unused();
+    Ok((made, value.parts.len()))
+}
+
 type Names = BTreeMap<String, Value>;
 
 pub(super) struct Compiler<'a> {
     pub(super) ops: Vec<Op>,
     known: HashMap<Op, u32>,
     patterns: Vec<String>,
+    /// What it is given by name.
     channels: &'a BTreeMap<String, color::ValueKind>,
+    /// Whether it runs over fragments, in single precision.
+    has_fragments: bool,
+    /// Names that there are beside, for messages.
+    others: Vec<&'a str>,
     pub(super) functions: HashMap<&'a str, &'a Function>,
     /// The functions that are written out, one inside of another.
     calls: Vec<&'a str>,
@@ -167,9 +174,42 @@ fn is_given(name: &str) -> bool {
     name == "PI" || Variable::named(name).is_some()
 }
 
-impl Compiler<'_> {
+impl<'a> Compiler<'a> {
+    fn new(
+        tree: &'a SyntaxTree,
+        channels: &'a BTreeMap<String, color::ValueKind>,
+        has_fragments: bool,
+    ) -> Result<Compiler<'a>, ProgramFault> {
+        for (number, function) in tree.functions.iter().enumerate() {
+            let before = &tree.functions[..number];
+            if before.iter().any(|other| other.name == function.name) {
+                let message = format!("there are two functions \"{}\"", function.name);
+                return Err(ProgramFault::new(function.at, message));
+            }
+            if built_in::names().any(|name| name == function.name) {
+                let message = format!("there is a function \"{}\" already", function.name);
+                return Err(ProgramFault::new(function.at, message));
+            }
+        }
+        Ok(Compiler {
+            ops: Vec::new(),
+            known: HashMap::new(),
+            patterns: Vec::new(),
+            functions: tree.functions.iter().map(|f| (f.name.as_str(), f)).collect(),
+            channels,
+            has_fragments,
+            others: Vec::new(),
+            calls: Vec::new(),
+            visits: 0,
+            inside: 0,
+        })
+    }
+
     pub(super) fn push(&mut self, op: Op) -> Result<u32, ProgramFault> {
-        let op = op.folded(&self.ops);
+        let op = match self.has_fragments {
+            true => op.folded::<f32>(&self.ops),
+            false => op.folded::<f64>(&self.ops),
+        };
         // The same instruction on the same registers makes the same value: it is there already.
         if let Some(known) = self.known.get(&op) {
             return Ok(*known);
@@ -186,8 +226,9 @@ impl Compiler<'_> {
         Ok(at)
     }
 
-    pub(super) fn number(&mut self, number: f32) -> Result<u32, ProgramFault> {
-        self.push(Op::number(number))
+    pub(super) fn number(&mut self, number: f64) -> Result<u32, ProgramFault> {
+        let rounded = if self.has_fragments { f64::from(number as f32) } else { number };
+        self.push(Op::number(rounded))
     }
 
     pub(super) fn one(&mut self, op: Unary, a: u32) -> Result<u32, ProgramFault> {
@@ -211,7 +252,10 @@ impl Compiler<'_> {
         for statement in statements {
             match statement {
                 Statement::Let { name, at, value } => {
-                    if is_given(name) && !["color", "alpha", "normal"].contains(&name.as_str()) {
+                    if self.has_fragments
+                        && is_given(name)
+                        && !["color", "alpha", "normal"].contains(&name.as_str())
+                    {
                         let message = format!("\"{name}\" is what it is: assign to another name");
                         return Err(ProgramFault::new(*at, message));
                     }
@@ -264,7 +308,8 @@ impl Compiler<'_> {
             let parts = if *kind == color::ValueKind::Number { 0..1 } else { 0..3 };
             (parts.map(|k| Variable::Channel(number, k)).collect(), None)
         };
-        let Some((parts, width)) = channel.map(of_channel).or_else(|| Variable::named(name)) else {
+        let of_fragments = || Variable::named(name).filter(|_| self.has_fragments);
+        let Some((parts, width)) = channel.map(of_channel).or_else(of_fragments) else {
             return Ok(None);
         };
         let parts: Vec<Variable> = parts;
@@ -326,13 +371,19 @@ impl Compiler<'_> {
                     return Ok(value.clone());
                 }
                 if name == "PI" {
-                    let (part, width) = (self.number(std::f32::consts::PI)?, self.number(0.0)?);
+                    let (part, width) = (self.number(std::f64::consts::PI)?, self.number(0.0)?);
                     return Ok(Value { parts: vec![part], width });
                 }
                 self.variable(name)?.ok_or_else(|| {
-                    let mut known: Vec<&str> = Variable::NAMES.to_vec();
+                    if let Some((_, part)) = name.split_once('.') {
+                        return ProgramFault::new(expr.at, no_part(part));
+                    }
+                    let mut known: Vec<&str> = match self.has_fragments {
+                        true => Variable::NAMES.to_vec(),
+                        false => Vec::new(),
+                    };
                     let others = self.channels.keys().chain(names.keys());
-                    known.extend(others.map(String::as_str));
+                    known.extend(others.map(String::as_str).chain(self.others.iter().copied()));
                     ProgramFault::new(
                         expr.at,
                         format!("there is no \"{name}\": {}", meant(name, &known)),
@@ -473,6 +524,10 @@ impl Compiler<'_> {
         names: &Names,
     ) -> Result<Value, ProgramFault> {
         if built_in::OF_NAMES.contains(&name) {
+            if !self.has_fragments {
+                let message = format!("{name} is asked where something is seen, not here");
+                return Err(ProgramFault::new(at, message));
+            }
             let [Expr { kind: ExprKind::Text(pattern), .. }] = arguments else {
                 let message = format!("{name} wants a name in quotes, such as {name}(\"*tree*\")");
                 return Err(ProgramFault::new(at, message));

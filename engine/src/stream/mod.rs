@@ -17,8 +17,10 @@
 
 mod built_in;
 mod compile;
+mod expression;
 pub mod noise;
 mod parse;
+mod real;
 mod run;
 mod variable;
 
@@ -28,6 +30,7 @@ use std::fmt;
 
 use crate::color::{Color, ValueKind};
 use compile::{Compiled, Output};
+pub use expression::Expression;
 use run::{Op, Registers};
 pub use variable::Variable;
 
@@ -70,6 +73,15 @@ impl fmt::Display for ProgramFault {
         let (line, column) = self.place;
         write!(f, "line {line}, column {column}: {}", self.message)
     }
+}
+
+/// All names that a program reads, its own ones too.
+///
+/// # Errors
+/// If it is no program.
+pub fn names(text: &str) -> Result<Vec<String>, ProgramFault> {
+    let tree = parse::parse(text).map_err(|fault| fault.placed(text))?;
+    Ok(tree.names().into_iter().map(str::to_owned).collect())
 }
 
 /// What a program makes of fragments: what it does not make is empty.

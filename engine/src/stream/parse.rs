@@ -1,5 +1,7 @@
 //! The text of a program as a tree.
 
+use std::collections::BTreeSet;
+
 use super::ProgramFault;
 
 /// A statement.
@@ -32,8 +34,9 @@ pub(super) struct Expr {
 
 #[derive(Debug, Clone)]
 pub(super) enum ExprKind {
-    Number(f32),
+    Number(f64),
     Text(String),
+    /// A name; that of a node's field has a dot in it.
     Name(String),
     Vector(Box<[Expr; 3]>),
     Call(String, Vec<Expr>),
@@ -79,7 +82,7 @@ pub(super) struct SyntaxTree {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Token {
-    Number(f32),
+    Number(f64),
     Name(String),
     Text(String),
     Sign(&'static str),
@@ -137,7 +140,7 @@ fn tokens(text: &str) -> Result<Vec<(Token, usize)>, ProgramFault> {
                 last = c;
                 len += 1;
             }
-            let number: f32 = rest[..len]
+            let number: f64 = rest[..len]
                 .parse()
                 .map_err(|_| ProgramFault::new(at, format!("\"{}\" is no number", &rest[..len])))?;
             tokens.push((Token::Number(number), at));
@@ -427,11 +430,14 @@ impl Parser {
                     "x" | "r" => 0,
                     "y" | "g" => 1,
                     "z" | "b" => 2,
-                    _ => {
-                        let message =
-                            format!("there is no part \"{name}\": it is x, y, z or r, g, b");
-                        return Err(ProgramFault::new(at, message));
-                    }
+                    _ => match &mut value.kind {
+                        // What has no dot yet may be a node.
+                        ExprKind::Name(node) if !node.contains('.') => {
+                            *node = format!("{node}.{name}");
+                            continue;
+                        }
+                        _ => return Err(ProgramFault::new(at, no_part(&name))),
+                    },
                 }
             } else {
                 return Ok(value);
@@ -488,6 +494,58 @@ impl Parser {
             }
         };
         Expr::new(at, kind)
+    }
+}
+
+/// What is said of a part that no vector has.
+pub(super) fn no_part(name: &str) -> String {
+    format!("there is no part \"{name}\": it is x, y, z or r, g, b")
+}
+
+impl SyntaxTree {
+    /// All names that are read, each once.
+    pub(super) fn names(&self) -> BTreeSet<&str> {
+        let mut names = BTreeSet::new();
+        for function in &self.functions {
+            of_statements(&function.body, &mut names);
+            of_expression(&function.value, &mut names);
+        }
+        of_statements(&self.body, &mut names);
+        self.value.iter().for_each(|value| of_expression(value, &mut names));
+        names
+    }
+}
+
+fn of_statements<'t>(statements: &'t [Statement], names: &mut BTreeSet<&'t str>) {
+    for statement in statements {
+        match statement {
+            Statement::Let { value, .. } => of_expression(value, names),
+            Statement::If { condition, then, otherwise } => {
+                of_expression(condition, names);
+                of_statements(then, names);
+                of_statements(otherwise, names);
+            }
+        }
+    }
+}
+
+fn of_expression<'t>(expr: &'t Expr, names: &mut BTreeSet<&'t str>) {
+    match &expr.kind {
+        ExprKind::Number(_) | ExprKind::Text(_) => {}
+        ExprKind::Name(name) => {
+            names.insert(name);
+        }
+        ExprKind::Vector(parts) | ExprKind::Choose(parts) => {
+            parts.iter().for_each(|part| of_expression(part, names));
+        }
+        ExprKind::Call(_, arguments) => {
+            arguments.iter().for_each(|argument| of_expression(argument, names));
+        }
+        ExprKind::Part(of, _) | ExprKind::Unary(_, of) => of_expression(of, names),
+        ExprKind::Binary(_, a, b) => {
+            of_expression(a, names);
+            of_expression(b, names);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Instructions, each over some hundred fragments at a time.
 
 use super::noise;
+use super::real::Real;
 use super::variable::Variable;
 use crate::math;
 
@@ -74,32 +75,34 @@ pub(super) enum Unary {
 
 impl Unary {
     #[inline(always)]
-    fn of(self, a: f32) -> f32 {
-        let wide = |function: fn(f64) -> f64| function(f64::from(a)) as f32;
+    pub(super) fn of<R: Real>(self, a: R) -> R {
+        let wide = |function: fn(f64) -> f64| R::of(function(a.wide()));
+        let truth = |is: bool| R::of(f64::from(u8::from(is)));
+        let zero = R::of(0.0);
         match self {
             Unary::Negate => -a,
-            Unary::Not => f32::from(u8::from(a == 0.0)),
+            Unary::Not => truth(a == zero),
             Unary::Abs => a.abs(),
             Unary::Acos => wide(math::acos),
-            Unary::Asin => std::f32::consts::FRAC_PI_2 - wide(math::acos),
-            Unary::Atan => math::atan2(f64::from(a), 1.0) as f32,
+            Unary::Asin => R::of(std::f64::consts::FRAC_PI_2) - wide(math::acos),
+            Unary::Atan => R::of(math::atan2(a.wide(), 1.0)),
             Unary::Cos => wide(math::cos),
             Unary::Sin => wide(math::sin),
             Unary::Tan => wide(math::tan),
-            Unary::Exp => math::expf(a),
-            Unary::Log => (math::log2(f64::from(a)) * std::f64::consts::LN_2) as f32,
+            Unary::Exp => a.exp(),
+            Unary::Log => R::of(math::log2(a.wide()) * std::f64::consts::LN_2),
             Unary::Sqrt => a.sqrt(),
             Unary::Floor => a.floor(),
             Unary::Ceil => a.ceil(),
             Unary::Round => a.round(),
-            Unary::Hermite => a * a * (3.0 - 2.0 * a),
-            Unary::Sinc => match a.abs() / 2.0 {
+            Unary::Hermite => a * a * (R::of(3.0) - R::of(2.0) * a),
+            Unary::Sinc => match a.abs() / R::of(2.0) {
                 // Less than 2e-7 from 1, and no division by 0.
-                half if half < 1e-3 => 1.0,
-                half if half < std::f32::consts::PI => math::sin(f64::from(half)) as f32 / half,
-                _ => 0.0,
+                half if half < R::of(1e-3) => R::of(1.0),
+                half if half < R::of(std::f64::consts::PI) => R::of(math::sin(half.wide())) / half,
+                _ => zero,
             },
-            Unary::Sign => f32::from(u8::from(a > 0.0)) - f32::from(u8::from(a < 0.0)),
+            Unary::Sign => truth(a > zero) - truth(a < zero),
         }
     }
 }
@@ -127,8 +130,9 @@ pub(super) enum Binary {
 
 impl Binary {
     #[inline(always)]
-    fn of(self, a: f32, b: f32) -> f32 {
-        let truth = |is: bool| f32::from(u8::from(is));
+    pub(super) fn of<R: Real>(self, a: R, b: R) -> R {
+        let truth = |is: bool| R::of(f64::from(u8::from(is)));
+        let zero = R::of(0.0);
         match self {
             Binary::Add => a + b,
             Binary::Subtract => a - b,
@@ -136,19 +140,19 @@ impl Binary {
             Binary::Divide => a / b,
             // As floor division leaves it: patterns go on across zero.
             Binary::Modulo => a - b * (a / b).floor(),
-            Binary::Power => math::powf(a, b),
+            Binary::Power => a.power(b),
             // As vectors have them: the second, if either is no number.
             Binary::Min => least(a, b),
             Binary::Max => most(a, b),
-            Binary::Atan2 => math::atan2(f64::from(a), f64::from(b)) as f32,
+            Binary::Atan2 => R::of(math::atan2(a.wide(), b.wide())),
             Binary::Less => truth(a < b),
             Binary::Greater => truth(a > b),
             Binary::LessEqual => truth(a <= b),
             Binary::GreaterEqual => truth(a >= b),
             Binary::Equal => truth(a == b),
             Binary::Unequal => truth(a != b),
-            Binary::And => truth(a != 0.0 && b != 0.0),
-            Binary::Or => truth(a != 0.0 || b != 0.0),
+            Binary::And => truth(a != zero && b != zero),
+            Binary::Or => truth(a != zero || b != zero),
         }
     }
 }
@@ -167,7 +171,7 @@ pub(super) enum Simple {
 
 impl Simple {
     #[inline(always)]
-    fn of(self, a: f32, b: f32) -> f32 {
+    fn of<R: Real>(self, a: R, b: R) -> R {
         match self {
             Simple::Add => a + b,
             Simple::Subtract => a - b,
@@ -226,17 +230,17 @@ impl Pair {
 }
 
 #[inline(always)]
-fn mixed(a: f32, b: f32, t: f32) -> f32 {
+fn mixed<R: Real>(a: R, b: R, t: R) -> R {
     a + (b - a) * t
 }
 
 #[inline(always)]
-fn least(a: f32, b: f32) -> f32 {
+fn least<R: Real>(a: R, b: R) -> R {
     if a < b { a } else { b }
 }
 
 #[inline(always)]
-fn most(a: f32, b: f32) -> f32 {
+fn most<R: Real>(a: R, b: R) -> R {
     if a > b { a } else { b }
 }
 
@@ -244,7 +248,7 @@ fn most(a: f32, b: f32) -> f32 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Op {
     /// The bits of a number.
-    Number(u32),
+    Number(u64),
     Input(Variable),
     Unary(Unary, u32),
     Binary(Binary, u32, u32),
@@ -284,36 +288,66 @@ pub(super) enum Op {
 }
 
 impl Op {
-    pub(super) fn number(number: f32) -> Op {
+    pub(super) fn number(number: f64) -> Op {
         Op::Number(number.to_bits())
     }
 
-    pub(super) fn as_number(&self) -> Option<f32> {
+    pub(super) fn as_number(&self) -> Option<f64> {
         match self {
-            Op::Number(bits) => Some(f32::from_bits(*bits)),
+            Op::Number(bits) => Some(f64::from_bits(*bits)),
             _ => None,
         }
     }
 
-    /// A number, if it is made of numbers alone.
-    pub(super) fn folded(self, ops: &[Op]) -> Op {
-        let known = |at: u32| ops[at as usize].as_number();
+    /// A number, if it is made of numbers alone, in the precision that it is computed in.
+    pub(super) fn folded<R: Real>(self, ops: &[Op]) -> Op {
+        let known = |at: u32| ops[at as usize].as_number().map(R::of);
         let folded = match self {
             Op::Unary(op, a) => known(a).map(|a| op.of(a)),
             Op::Binary(op, a, b) => known(a).zip(known(b)).map(|(a, b)| op.of(a, b)),
             Op::Select(c, a, b) => match known(c) {
                 // The very instruction of the chosen register: whoever adds it finds that it is
                 // there already.
-                Some(c) => return ops[if c != 0.0 { a } else { b } as usize],
+                Some(c) => return ops[if c != R::of(0.0) { a } else { b } as usize],
                 None => None,
             },
             Op::Mix([a, b, t]) => match known(t) {
-                Some(0.0) => return ops[a as usize],
+                Some(zero) if zero == R::of(0.0) => return ops[a as usize],
                 share => known(a).zip(known(b)).zip(share).map(|((a, b), t)| mixed(a, b, t)),
             },
             _ => None,
         };
-        folded.map_or(self, Op::number)
+        folded.map_or(self, |number| Op::number(number.wide()))
+    }
+
+    /// What it makes for one set of inputs, of what the registers before it hold. Noise and hues have single precision.
+    pub(super) fn value(&self, at: impl Fn(u32) -> f64, input: impl Fn(Variable) -> f64) -> f64 {
+        let three = |from: &[u32; 3]| from.map(|from| at(from) as f32);
+        f64::from(match self {
+            Op::Number(bits) => return f64::from_bits(*bits),
+            Op::Input(variable) => return input(*variable),
+            Op::Unary(op, a) => return op.of(at(*a)),
+            Op::Binary(op, a, b) => return op.of(at(*a), at(*b)),
+            Op::Pair { pair: Pair(first, second), from: [a, b, c] } => {
+                return second.of(first.of(at(*a), at(*b)), at(*c));
+            }
+            Op::Select(c, a, b) => return at(if at(*c) != 0.0 { *a } else { *b }),
+            Op::Mix([a, b, t]) => return mixed(at(*a), at(*b), at(*t)),
+            Op::Dot(a, b) => return (0..3).map(|i| at(a[i]) * at(b[i])).sum(),
+            Op::Perlin { from, width } => {
+                noise::perlin(three(from)) * noise::left(at(*width) as f32)
+            }
+            Op::Octaves { from, width, shape, turbulent } => {
+                noise::octaves(three(from), at(*width) as f32, three(shape), *turbulent)
+            }
+            Op::Cell { from } => noise::of_cell(three(from)),
+            Op::Voronoi { from, jitter, part } => {
+                noise::voronoi(three(from), at(*jitter) as f32)[*part as usize]
+            }
+            Op::Hue { from, part, is_back } => {
+                (if *is_back { to_rgb } else { to_hsl })(three(from))[*part as usize]
+            }
+        })
     }
 
     /// The registers that it reads.
@@ -372,7 +406,7 @@ impl Registers {
         let mut all = vec![made.clone(); count];
         for (op, place) in ops.iter().zip(places) {
             if let Some(number) = op.as_number() {
-                all[*place as usize].0.fill([number; WIDTH]);
+                all[*place as usize].0.fill([number as f32; WIDTH]);
             }
         }
         Registers { all, made }

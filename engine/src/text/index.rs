@@ -204,6 +204,11 @@ impl<'t> Index<'t> {
         self.text
     }
 
+    /// All items, in the order of their beginnings; the first is the whole text.
+    pub fn items(&self) -> impl Iterator<Item = &Item> + '_ {
+        self.items.iter()
+    }
+
     /// An item.
     pub fn item(&self, at: usize) -> &Item {
         &self.items[at]

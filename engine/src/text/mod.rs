@@ -5,13 +5,15 @@
 pub mod diagnostic;
 pub mod index;
 pub mod parse;
-mod token;
+pub(crate) mod token;
 mod wording;
+pub mod woven;
 
 pub use diagnostic::{Diagnostic, Faults, Severity};
 pub use index::Index;
 pub(crate) use token::offset_in_text;
 use wording::Wording;
+pub use woven::{Patch, Woven};
 
 /// The extensions of RON that all of them may use: `Some(x)` may be written `x`, and what wraps one
 /// value is left out.

@@ -1,13 +1,13 @@
 //! The words, texts and marks of RON.
 
 /// A word, a text or a mark.
-pub(super) enum Token {
+pub(crate) enum Token {
     Text,
     Word,
     Mark(u8),
 }
 
-pub(super) fn is_number(word: &str) -> bool {
+pub(crate) fn is_number(word: &str) -> bool {
     let digits = word.trim_start_matches(['-', '+', '.']);
     digits.starts_with(|c: char| c.is_ascii_digit()) || matches!(digits, "inf" | "NaN")
 }
@@ -19,7 +19,7 @@ pub(super) fn can_be_held(word: &str) -> bool {
 }
 
 /// What begins at a place that is not blank, and where it ends.
-pub(super) fn token(text: &str, at: usize) -> (Token, usize) {
+pub(crate) fn token(text: &str, at: usize) -> (Token, usize) {
     if let Some(end) = text_end(text, at) {
         return (Token::Text, end);
     }
@@ -43,7 +43,7 @@ pub(super) fn token(text: &str, at: usize) -> (Token, usize) {
 }
 
 /// Passes blanks and comments.
-pub(super) fn skip_blank(text: &str, mut i: usize) -> usize {
+pub(crate) fn skip_blank(text: &str, mut i: usize) -> usize {
     loop {
         let rest = &text[i..];
         i += rest.len() - rest.trim_start().len();

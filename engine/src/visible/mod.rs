@@ -14,19 +14,30 @@ mod band;
 mod bins;
 pub(crate) mod clip;
 pub mod probe;
+pub mod stored;
 mod tiles;
 
 use std::sync::OnceLock;
 
 use crate::error::Result;
-use crate::span::SpanImage;
 use crate::span::probe::probing;
+use crate::span::{Layers, Lines, SpanImage};
 use band::Limits;
 use probe::FaceIndex;
 
 /// What is seen of a frame's faces on its lines and, if its plan is to be probed, on any others.
 pub fn solve(frame: SpanImage) -> SpanImage {
     let (lines, layers) = tiles::solve(&frame);
+    solved(frame, lines, layers)
+}
+
+/// What [`solve`] made of a frame, from the bytes that were [stored](stored::packed) of it; `None` if they are not its.
+pub fn restore(frame: &SpanImage, bytes: &[u8]) -> Option<SpanImage> {
+    let (lines, layers) = stored::unpacked(frame, bytes)?;
+    Some(solved(frame.clone(), lines, layers))
+}
+
+fn solved(frame: SpanImage, lines: Lines, layers: Layers) -> SpanImage {
     let again = frame.plan().probed.then(|| {
         let (nowhere, index) = (frame.clone(), OnceLock::new());
         probing(move |probes| {

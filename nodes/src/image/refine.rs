@@ -89,6 +89,7 @@ impl Node for Refine {
     type Output = Image;
     const KIND: &'static str = "Refine";
     const GROUP: &'static str = "image";
+    const STORED: bool = true;
     const ALIASES: &'static [&'static str] = &["RegionRender", "ReRender", "LocalProcessing"];
 
     fn check(&self) -> std::result::Result<(), FieldError> {

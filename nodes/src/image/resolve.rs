@@ -9,10 +9,11 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
 use spandrel_engine::image::{Image, Window};
 use spandrel_engine::raster::Raster;
-use spandrel_engine::resolve::{self, Framing, PixelFilter, Rate, Rule, Vertical};
+use spandrel_engine::resolve::{self, Framing, PixelFilter, Rate, Rule, Vertical, shutter};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::texture;
 use spandrel_engine::values::{PictureDemand, SpanDemand};
+use std::sync::Arc;
 
 /// Turns spans into pixels, antialiased, at any scale. `size` and `lines` decide what visibility is
 /// solved for. `scale`, `pan` and `window` only decide how it is shown: nodes that differ only in
@@ -56,6 +57,14 @@ pub struct Resolve {
     /// How pictures on surfaces are filtered: `Nearest`; `Trilinear`; `Anisotropic(n)`, up to n
     /// samples along what a pixel covers; or `Exact`, the mean of what it covers, slowly.
     pub textures: texture::TextureFilter,
+    /// Motion blur: from when to when the shutter is open, in frames around the frame, such as
+    /// `(-0.25, 0.25)`. Colours are the mean of what is seen meanwhile; distances, normals and ids
+    /// are those of the middle. What does not move is solved once.
+    #[schemars(extend("x-parts" = ["opens", "closes"]))]
+    pub shutter: Option<(f64, f64)>,
+    /// The moments at which a picture with a shutter is solved: more is smoother and slower.
+    #[schemars(range(min = 1, max = 256))]
+    pub samples: u32,
 }
 
 impl Default for Resolve {
@@ -71,6 +80,8 @@ impl Default for Resolve {
             filter: PixelFilter::Box,
             shading: Rate::Pixel,
             textures: texture::TextureFilter::default(),
+            shutter: None,
+            samples: 8,
         }
     }
 }
@@ -91,6 +102,7 @@ impl Node for Resolve {
     const KIND: &'static str = "Resolve";
     const GROUP: &'static str = "image";
     const ALIASES: &'static [&'static str] = &["DeepToImage", "Flatten", "Antialias"];
+    const STORED: bool = true;
 
     fn check(&self) -> std::result::Result<(), FieldError> {
         let at = |field| move |e: spandrel_engine::Error| FieldError::new(field, e.to_string());
@@ -99,22 +111,45 @@ impl Node for Resolve {
         self.lines.check_filter(self.filter).map_err(at("filter"))?;
         Framing::scaled(raster, DVec2::from(self.scale)).map_err(at("scale"))?;
         self.textures.check().map_err(|what| FieldError::new("textures", what))?;
+        if let Some((opens, closes)) = self.shutter
+            && !(opens <= closes && closes - opens <= 1000.0)
+        {
+            let what = "a shutter opens before it closes, such as (-0.25, 0.25)";
+            return Err(FieldError::new("shutter", what));
+        }
         Ok(())
     }
 
     fn demand(&self, wanted: &PictureDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         let (raster, framing) = self.framing(wanted)?;
         let rows = framing.raster_rows(raster);
-        upstream.ask(
-            &self.image,
-            SpanDemand { raster, plan: self.lines.plan()?, rows, layered: false },
-        );
+        let demand = SpanDemand { raster, plan: self.lines.plan()?, rows, layered: false };
+        match self.shutter.filter(|_| upstream.varies(&self.image)) {
+            Some(open) => {
+                for moment in shutter::moments(open, self.samples) {
+                    upstream.ask_at(&self.image, demand.clone(), moment);
+                }
+            }
+            None => upstream.ask(&self.image, demand),
+        }
         Ok(())
     }
 
     fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let (_, framing) = self.framing(wanted)?;
-        let image = inputs.get(&self.image);
-        resolve::resolve(&image, self.lines, &framing, &wanted.channels)
+        let images: Vec<_> = inputs.each(&self.image).collect();
+        let mut pictures: Vec<Image> = Vec::new();
+        for (i, image) in images.iter().enumerate() {
+            // What stands still for a while is one value.
+            let same = images[..i].iter().position(|other| Arc::ptr_eq(other, image));
+            pictures.push(match same {
+                Some(same) => pictures[same].clone(),
+                None => resolve::resolve(image, self.lines, &framing, &wanted.channels)?,
+            });
+        }
+        match pictures[..] {
+            [_] => Ok(pictures.remove(0)),
+            _ => shutter::averaged(&pictures),
+        }
     }
 }

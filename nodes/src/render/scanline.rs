@@ -10,6 +10,7 @@ use spandrel_engine::render::scanline::{self, Cluster};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::SpanDemand;
+use spandrel_engine::visible;
 
 /// Renders a scene to spans by the scan-line method: the visible part of every face on every line,
 /// exactly. Concave faces, holes, seals and faces that cross each other need no preparation.
@@ -47,7 +48,13 @@ impl Node for Scanline {
         let (scene, priority) = (inputs.get(&self.scene), self.priority);
         let cluster = Cluster { priority, layered: wanted.layered, ..scene.into() };
         let faces = cluster.scene.face_count();
-        let image = scanline::render(&[cluster], &view, wanted.plan, wanted.rows.clone())?;
+        // Faces are made ready again; what is seen of them may be stored.
+        let frame = scanline::frame(&[cluster], &view, wanted.plan, wanted.rows.clone())?;
+        let image = inputs.remembered(
+            |bytes| visible::restore(&frame, bytes),
+            || Ok(visible::solve(frame.clone())),
+            visible::stored::packed,
+        )?;
         if image.face_count() == 0 && faces > 0 {
             inputs.warn(&format!(
                 "the camera sees none of the {faces} faces: `spandrel info` says where the scene lies"

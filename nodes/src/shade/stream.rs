@@ -6,12 +6,14 @@ use serde::{Deserialize, Serialize};
 use spandrel_engine::color::{Color, ValueKind};
 use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
+use spandrel_engine::moment::Moment;
 use spandrel_engine::shade;
 use spandrel_engine::span::SpanImage;
-use spandrel_engine::stream::{Parameter, ProgramFault};
+use spandrel_engine::stream::{self, Parameter, ProgramFault};
 use spandrel_engine::values::SpanDemand;
 use spandrel_engine::{Error, Result};
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 /// The stream editor: runs a program over what is visible, surface by surface, before anything is
@@ -22,8 +24,9 @@ use std::sync::Arc;
 /// `P` (in the world) and `Po` (in the object), in metres; what differs from 0 by rounding only is
 /// 0. `x` and `y` are the place in the picture, 0 to 1. `N` is the normal, `I` the direction to the
 /// eye. `width` is what a pixel covers, in metres; `coverage` is how much of its pixel is covered,
-/// 0 to 1. The other variables are `u`, `v`, `color`, `alpha`, `depth`, `frame`, `face`, `front`,
-/// `object` and `material`. The last two are numbers made from names, the same in every frame.
+/// 0 to 1. The other variables are `u`, `v`, `color`, `alpha`, `depth`, `face`, `front`, `object`
+/// and `material`, the last two numbers made from names, the same in every frame; and `frame` and
+/// `time`, in seconds, of a film.
 ///
 /// `object('*tree*')` and `material('glass*')` are 1 where the name fits. The name of an object's
 /// group fits too, and so does any such part of its path.
@@ -57,8 +60,6 @@ pub struct Stream {
     /// name has the type `Number` or `Color`, as in `{"wet": Number}`. `Write` writes them with the
     /// channel `Made`.
     pub channels: BTreeMap<String, ValueKind>,
-    /// The value of `frame` in the program.
-    pub frame: f32,
 }
 
 impl Default for Stream {
@@ -69,17 +70,18 @@ impl Default for Stream {
             numbers: BTreeMap::new(),
             colors: BTreeMap::new(),
             channels: BTreeMap::new(),
-            frame: 0.0,
         }
     }
 }
 
 impl Stream {
-    fn shader(&self) -> std::result::Result<shade::Stream, ProgramFault> {
+    /// The shader at a moment; any will do where nothing depends on it.
+    fn shader(&self, moment: Moment) -> std::result::Result<shade::Stream, ProgramFault> {
         let numbers = self.numbers.iter().map(|(name, n)| (name.clone(), Parameter::Number(*n)));
         let colors = self.colors.iter().map(|(name, c)| (name.clone(), Parameter::Color(*c)));
-        let frame = ("frame".to_owned(), Parameter::Number(self.frame));
-        let parameters = std::iter::once(frame).chain(numbers).chain(colors).collect();
+        let times = [("frame", moment.frame), ("time", moment.seconds())];
+        let times = times.map(|(name, number)| (name.to_owned(), Parameter::Number(number as f32)));
+        let parameters = times.into_iter().chain(numbers).chain(colors).collect();
         shade::Stream::new(&self.code, parameters, self.channels.clone())
     }
 }
@@ -93,19 +95,26 @@ impl Node for Stream {
 
     fn check(&self) -> std::result::Result<(), FieldError> {
         let at_code = |fault: ProgramFault| FieldError::new("code", fault.to_string()).at(fault.at);
-        self.shader().map(drop).map_err(at_code)
+        self.shader(Moment::default()).map(drop).map_err(at_code)
+    }
+
+    fn moves(&self, _: &Path) -> bool {
+        let own = |name: &str| self.numbers.contains_key(name) || self.colors.contains_key(name);
+        let names = stream::names(&self.code).unwrap_or_default();
+        names.iter().any(|name| ["frame", "time"].contains(&&**name) && !own(name))
     }
 
     fn demand(&self, wanted: &SpanDemand, upstream: &mut Upstream<'_>) -> Result<()> {
         // Where it makes opaque surfaces let light through, what is behind them is seen.
-        let makes_alpha = self.shader().is_ok_and(|shader| shader.makes_alpha());
+        let makes_alpha = self.shader(Moment::default()).is_ok_and(|shader| shader.makes_alpha());
         let layered = wanted.layered || makes_alpha;
         upstream.ask(&self.image, SpanDemand { layered, ..wanted.clone() });
         Ok(())
     }
 
     fn evaluate(&self, _: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
-        let shader = self.shader().map_err(|fault| Error::invalid(fault.to_string()))?;
+        let moment = inputs.moment().unwrap_or_default();
+        let shader = self.shader(moment).map_err(|fault| Error::invalid(fault.to_string()))?;
         let image = inputs.get(&self.image);
         shader.names_of_nothing(|| image.names()).iter().for_each(|said| inputs.warn(said));
         image.shaded(Arc::new(shader))

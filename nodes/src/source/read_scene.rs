@@ -7,6 +7,7 @@ use spandrel_engine::graph::InFile;
 use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::scene::read::{self, Axis, ReadOptions};
+use std::path::Path;
 
 /// Reads a scene: glTF, OBJ, PLY, STL, CityJSON, CityGML, or Spandrel's own text and binary
 /// formats.
@@ -50,14 +51,20 @@ impl Node for ReadScene {
     const GROUP: &'static str = "source";
     const ALIASES: &'static [&'static str] = &["ReadGeo", "SceneReader", "Import", "Geometry"];
 
+    fn moves(&self, directory: &Path) -> bool {
+        // A file that cannot be read is told where it is needed.
+        read::moves(&self.file.under(directory)).unwrap_or(false)
+    }
+
     fn demand(&self, (): &(), _: &mut Upstream<'_>) -> Result<()> {
         Ok(())
     }
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Scene> {
+        let moment = inputs.moment();
         let ReadScene { file, plan, unit, up, origin, crease, pictures, lod, name } = self;
         let (unit, up, origin, crease, pictures) = (*unit, *up, *origin, *crease, *pictures);
-        let options = ReadOptions { unit, up, origin, crease, pictures, lod: *lod, moment: None };
+        let options = ReadOptions { unit, up, origin, crease, pictures, lod: *lod, moment };
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.under(inputs.directory()), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));

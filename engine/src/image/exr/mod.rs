@@ -69,6 +69,31 @@ impl Attributes {
         Attributes { image: ImageAttributes::new(IntegerBounds::zero()), layer }
     }
 
+    /// The numbers of a camera's, if there is nothing else: both matrices, column by column, and the two distances.
+    pub(in crate::image) fn camera(&self) -> Option<Vec<Option<f32>>> {
+        let LayerAttributes { world_to_camera, world_to_normalized_device, .. } = &self.layer;
+        let matrices = world_to_camera.iter().chain(world_to_normalized_device).flatten();
+        let clips = [self.layer.near_clip_plane, self.layer.far_clip_plane];
+        let numbers: Vec<Option<f32>> = matrices.copied().map(Some).chain(clips).collect();
+        (Attributes::from_camera(&numbers).as_ref() == Some(self)).then_some(numbers)
+    }
+
+    /// A camera's, of such numbers.
+    pub(in crate::image) fn from_camera(numbers: &[Option<f32>]) -> Option<Attributes> {
+        let [matrices @ .., near, far] = numbers else { return None };
+        let known: Option<Vec<f32>> = matrices.iter().copied().collect();
+        let known = known?;
+        let ([camera, ndc], []) = known.as_chunks::<16>() else { return None };
+        let layer = LayerAttributes {
+            world_to_camera: Some(*camera),
+            world_to_normalized_device: Some(*ndc),
+            near_clip_plane: *near,
+            far_clip_plane: *far,
+            ..LayerAttributes::default()
+        };
+        Some(Attributes { image: ImageAttributes::new(IntegerBounds::zero()), layer })
+    }
+
     /// The same of the picture in another frame. `frame` brings places in the old one, 0 to 1 from the left and from
     /// the top, to such in the new.
     #[must_use]

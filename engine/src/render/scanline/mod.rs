@@ -59,7 +59,10 @@ pub fn render_by_merging(
 }
 
 /// The image of scenes before anything is solved.
-fn frame(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
+///
+/// # Errors
+/// As [`render`].
+pub fn frame(clusters: &[Cluster], view: &View, plan: LinePlan, rows: Rows) -> Result<SpanImage> {
     if rows.start > rows.end || rows.end > view.raster().height {
         let height = view.raster().height;
         return Err(Error::invalid(format!("rows {} to {} of {height}", rows.start, rows.end)));

@@ -34,7 +34,8 @@ pub mod text;
 mod words;
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::document::{Document, Step, Transform};
@@ -77,6 +78,7 @@ fn read(mut reader: Reader, path: &Path, options: &ReadOptions) -> Result<Readin
     // Whatever breaks in a reader, or in a library behind it, is the file's fault.
     let read = open::guarded(|| contents(&mut reader, &bytes, &mut options));
     let (mut document, space) = read.unwrap_or_else(|broke| Err(Error::in_file(path, broke)))?;
+    document.moment = options.moment;
     let steps = place(&mut document, &options, &space);
     let stays = |plan: &super::Plan| !plan.cameras.is_empty() || !plan.lights.is_empty();
     if !steps.is_empty() && document.plans.iter().any(stays) {
@@ -99,13 +101,26 @@ fn read(mut reader: Reader, path: &Path, options: &ReadOptions) -> Result<Readin
 /// # Errors
 /// As [`document`].
 pub fn moves(path: &Path) -> Result<bool> {
+    some_move(path, &mut HashSet::new())
+}
+
+/// The same, of a file that other files may name: those that were looked at are not looked at again.
+fn some_move(path: &Path, seen: &mut HashSet<PathBuf>) -> Result<bool> {
+    if !seen.insert(path.to_owned()) {
+        return Ok(false);
+    }
     let mut reader = Reader::new(path);
     let bytes = reader.bytes(path)?;
-    Ok(match Format::of(&mut reader, &bytes)? {
-        // Filled in by those who play them.
-        Format::Text | Format::Gltf | Format::Glb => false,
-        _ => false,
-    })
+    match Format::of(&mut reader, &bytes)? {
+        Format::Text => {
+            let (moves, files) = text::moves(&bytes);
+            let folder = path.parent().unwrap_or(Path::new(""));
+            // What cannot be read is told by those who need it.
+            let mut others = files.iter().map(|file| some_move(&folder.join(file), seen));
+            Ok(moves || others.any(|moves| moves.unwrap_or(false)))
+        }
+        _ => Ok(false),
+    }
 }
 
 /// Reads a scene file and makes a plan of it ready.
@@ -209,7 +224,10 @@ fn contents(
         Format::Stl => (stl::read(reader, bytes)?, Space { unit: 0.001, up: Axis::Z }),
         Format::CityJson => (cityjson::read(reader, text.as_bytes(), options.lod)?, city),
         Format::CityGml => (citygml::read(reader, text.as_bytes(), options)?, city),
-        Format::Text => (text::parse(&reader.path, text.as_bytes())?, METRES),
+        Format::Text => {
+            let moment = options.moment.unwrap_or_default();
+            (text::parse_at(&reader.path, text.as_bytes(), moment)?, METRES)
+        }
         Format::Binary => (binary::parse(&reader.path, bytes)?, METRES),
     })
 }

@@ -24,15 +24,41 @@ use std::path::Path;
 
 use super::super::document::{Document, VERSION};
 use crate::error::{Error, Result};
+use crate::moment::Moment;
+use crate::motion::{Motion, NoNames};
 use crate::open;
-use crate::text::{Diagnostic, Faults, Index, list, meant_path, nearest, options, parse};
+use crate::text::{Diagnostic, Faults, Index, Woven, list, meant_path, nearest, options, parse};
 
-/// Parses a scene text.
+/// Parses a scene text, as it is at the first frame.
 ///
 /// # Errors
 /// If the bytes are no text, not RON, or not a scene: all that is wrong, with the places.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
-    let text = &*open::text(path, bytes)?.text;
+    parse_at(path, bytes, Moment::default())
+}
+
+/// Parses a scene text as it is at a moment.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_at(path: &Path, bytes: &[u8], moment: Moment) -> Result<Document> {
+    let whole = &*open::text(path, bytes)?.text;
+    let refuse = |list: Vec<Diagnostic>| {
+        let faults = Faults { path: path.to_owned(), text: whole.to_owned(), list };
+        Err(Error::Text(Box::new(faults)))
+    };
+    let (motion, faults) = Motion::find(whole, |_| false);
+    if !faults.is_empty() {
+        return refuse(faults);
+    }
+    let mut woven = Woven::new(whole, 0..whole.len());
+    if !motion.is_empty() {
+        woven = match motion.at(&woven, moment, &mut NoNames) {
+            Ok(woven) => woven,
+            Err(faults) => return refuse(faults),
+        };
+    }
+    let text = woven.text();
     let read = |text: &str| options().from_str::<Document>(text);
     let parse::Parsed { value, mut faults, .. } = parse::parse(text, read);
     let index = Index::new(text);
@@ -45,8 +71,11 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
     let document = match value {
         Some(document) if faults.is_empty() => document,
         _ => {
-            let faults = Faults { path: path.to_owned(), text: text.to_owned(), list: faults };
-            return Err(Error::Text(Box::new(faults)));
+            for fault in &mut faults {
+                fault.span = woven.place(fault.span.clone());
+                fault.other = fault.other.take().map(|(place, label)| (woven.place(place), label));
+            }
+            return refuse(faults);
         }
     };
     if document.version != VERSION {
@@ -56,6 +85,21 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
         ));
     }
     Ok(document)
+}
+
+/// Whether a scene text is another at another moment, and the scenes that it names.
+pub(super) fn moves(bytes: &[u8]) -> (bool, Vec<String>) {
+    let text = String::from_utf8_lossy(bytes);
+    let (motion, _) = Motion::find(&text, |_| false);
+    let files = match text.contains("File(") {
+        true => Index::new(&text)
+            .texts()
+            .filter(|(of, _)| *of == "path")
+            .filter_map(|(_, place)| ron::from_str(&text[place]).ok())
+            .collect(),
+        false => Vec::new(),
+    };
+    (motion.depends_on_frame(&(0..text.len())), files)
 }
 
 /// Names that mean nothing: of materials and definitions that are not there, and of objects with a slash.

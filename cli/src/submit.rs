@@ -1,0 +1,123 @@
+//! `spandrel submit`: a job for farms, by the Open Job Description (2023-09).
+
+use serde_json::{Value as Json, json};
+use spandrel_engine::graph::Registry;
+use spandrel_engine::{Error, output};
+use std::path::Path;
+
+use crate::args::Submit;
+use crate::{check, exit, print};
+
+pub(crate) fn run(registry: &Registry, args: &Submit) -> u8 {
+    submit(registry, args).err().unwrap_or(exit::DONE)
+}
+
+fn submit(registry: &Registry, args: &Submit) -> Result<(), u8> {
+    let (mut document, directory) = check::open(&args.graph)?;
+    check::set(registry, &mut document, &args.set)?;
+    let frames = args.frames.clone().unwrap_or_else(|| check::frames_of(&document));
+    // What is wrong is told here, and not by a hundred machines.
+    let graph = check::check(registry, &args.graph, &document, &directory, Some(&frames))?;
+    let writes = graph.nodes().any(|node| node.output == "File");
+    if !writes {
+        print::error(format!("{} writes nothing: add a Write node", check::name(&args.graph)));
+        return Err(exit::INVALID);
+    }
+    if check::is_standard(&args.graph) {
+        print::error("a farm cannot read the standard input: name a file");
+        return Err(exit::USAGE);
+    }
+    let tasks: Vec<String> =
+        frames.chunks(args.chunk as usize).map(|frames| frames.to_string()).collect();
+    if tasks.len() > MOST_TASKS {
+        print::error(format!(
+            "{} tasks: a job has {MOST_TASKS} at most: --chunk {} makes fewer",
+            tasks.len(),
+            frames.as_slice().len().div_ceil(MOST_TASKS)
+        ));
+        return Err(exit::USAGE);
+    }
+    let job = template(args, &tasks);
+    let text = format!("{job:#}\n");
+    match &args.output {
+        None => print::out(&text),
+        Some(file) => {
+            exit::check_output(file, &["json"])?;
+            let written = output::write(file, |out| {
+                let written = std::io::Write::write_all(out, text.as_bytes());
+                written.map_err(|error| Error::file(file, error))
+            });
+            written.map_err(|error| {
+                print::error(&error);
+                exit::of(&error)
+            })?;
+            print::chat(&format!("wrote {}: {} tasks", file.display(), tasks.len()));
+        }
+    }
+    Ok(())
+}
+
+/// The most values that a parameter of a task may have.
+const MOST_TASKS: usize = 1024;
+
+fn template(args: &Submit, tasks: &[String]) -> Json {
+    let absolute = |path: &Path| {
+        std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
+    };
+    let name = args.graph.file_stem().map_or("graph".into(), |stem| stem.to_string_lossy());
+    let mut parameters = vec![
+        json!({ "name": "Graph", "type": "PATH", "objectType": "FILE", "dataFlow": "IN",
+            "default": absolute(&args.graph), "description": "The graph; its other files are found from its folder" }),
+        json!({ "name": "Program", "type": "STRING", "default": "spandrel",
+            "description": "The program on the machines of the farm" }),
+    ];
+    let mut arguments =
+        vec!["render", "{{Param.Graph}}", "-F", "{{Task.Param.Frames}}", "--keep-going"];
+    let (jobs, memory) = (
+        args.jobs.map(|jobs| jobs.to_string()),
+        args.memory.map(|bytes| (bytes >> 20).to_string() + "M"),
+    );
+    if let Some(jobs) = &jobs {
+        arguments.extend(["-j", jobs]);
+    }
+    if let Some(memory) = &memory {
+        arguments.extend(["--memory", memory]);
+    }
+    if let Some(cache) = &args.cache {
+        parameters.push(
+            json!({ "name": "Cache", "type": "PATH", "objectType": "DIRECTORY", "dataFlow": "NONE",
+            "default": absolute(cache), "description": "Results that all machines share" }),
+        );
+        arguments.extend(["--cache", "{{Param.Cache}}"]);
+    }
+    let settings: Vec<String> = args.set.iter().map(|setting| setting.to_string()).collect();
+    for setting in &settings {
+        arguments.extend(["--set", setting]);
+    }
+    // Braces of a setting are not the template's.
+    let arguments: Vec<String> = arguments.into_iter().map(str::to_owned).collect();
+    let mut step = json!({
+        "name": "Render",
+        "parameterSpace": { "taskParameterDefinitions": [
+            { "name": "Frames", "type": "STRING", "range": tasks },
+        ] },
+        "script": { "actions": { "onRun": { "command": "{{Param.Program}}", "args": arguments } } },
+    });
+    let mut amounts = Vec::new();
+    if let Some(jobs) = args.jobs {
+        amounts.push(json!({ "name": "amount.worker.vcpu", "min": jobs }));
+    }
+    if let Some(memory) = args.memory {
+        // Beside what is kept, something is in use.
+        amounts.push(json!({ "name": "amount.worker.memory", "min": (memory >> 20) + 1024 }));
+    }
+    if !amounts.is_empty() {
+        step["hostRequirements"] = json!({ "amounts": amounts });
+    }
+    json!({
+        "specificationVersion": "jobtemplate-2023-09",
+        "name": name,
+        "parameterDefinitions": parameters,
+        "steps": [step],
+    })
+}

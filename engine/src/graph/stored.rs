@@ -1,0 +1,143 @@
+//! Results on disk, shared by processes: found by what they are made of, before anything is made.
+//!
+//! A value's *recipe* is known before it is made: the program's build, the kind of node and its parameters, what is asked
+//! of it, the contents of the files that it names, and the recipes of its inputs. Under it lies a *record*: which other
+//! files were read on the way, of all inputs, with their contents, and the value's key. If these files are what they were,
+//! the value lies under the recipe and them. So a picture is found without evaluating anything that it is made of.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::registry::Packing;
+use super::value::AnyValue;
+use crate::key::{Key, KeyHasher};
+use crate::open;
+use crate::store::Store;
+
+/// The files that a value was made of, with their contents; none for those that were looked for and not there.
+pub(super) type Files = BTreeMap<PathBuf, Option<Key>>;
+
+/// Results on disk.
+#[derive(Debug)]
+pub struct Stored {
+    store: Store,
+    build: Key,
+    /// Whether it was told that nothing can be stored.
+    is_told: AtomicBool,
+}
+
+/// What is known of a stored value.
+#[derive(Serialize, Deserialize)]
+struct Record {
+    key: Key,
+    /// Files as seen from the graph's folder, where they lie in it.
+    files: Vec<(PathBuf, Option<Key>)>,
+}
+
+impl Stored {
+    /// The results of a program, of which every build has its own.
+    pub fn new(store: Store, build: Key) -> Stored {
+        Stored { store, build, is_told: AtomicBool::new(false) }
+    }
+
+    /// The key of what is stored of a kind, under another key.
+    fn of(&self, domain: &str, key: Key) -> Key {
+        KeyHasher::new(domain).key(self.build).key(key).finish()
+    }
+
+    /// The bytes of a part of a node's work.
+    pub(super) fn bytes(&self, key: Key, warn: &dyn Fn(&str)) -> Option<Vec<u8>> {
+        self.read(self.of("stored part", key), warn)
+    }
+
+    /// Takes the bytes of a part of a node's work away: they are not what they should be.
+    pub(super) fn refuse(&self, key: Key) {
+        // Whoever cannot remove it makes it anew every time.
+        let _ = self.store.remove(self.of("stored part", key));
+    }
+
+    /// Stores a part of a node's work.
+    pub(super) fn put(&self, key: Key, seconds: f64, bytes: &[u8], warn: &dyn Fn(&str)) {
+        self.write(self.of("stored part", key), seconds, bytes, warn);
+    }
+
+    /// The value of a recipe, and the files that it was made of.
+    pub(super) fn value(
+        &self,
+        recipe: Key,
+        packing: Packing,
+        folder: &Path,
+        warn: &dyn Fn(&str),
+    ) -> Option<(AnyValue, Files)> {
+        let record = self.read(self.of("stored record", recipe), warn)?;
+        let record: Record = serde_json::from_slice(&record).ok()?;
+        let files = record.files.into_iter().map(|(path, contents)| (folder.join(path), contents));
+        let files: Files = files.collect();
+        if files.iter().any(|(path, was)| open::contents(path) != *was) {
+            return None;
+        }
+        let key = self.value_key(recipe, &files, folder);
+        let bytes = self.read(key, warn)?;
+        let Some(mut value) = (packing.unpack)(&bytes) else {
+            let _ = self.store.remove(key);
+            return None;
+        };
+        value.key = Some(record.key);
+        Some((value, files))
+    }
+
+    /// Stores the value of a recipe.
+    pub(super) fn put_value(
+        &self,
+        recipe: Key,
+        (value, packing): (&AnyValue, Packing),
+        (files, folder): (&Files, &Path),
+        seconds: f64,
+        warn: &dyn Fn(&str),
+    ) {
+        let (Some(bytes), Some(key)) = ((packing.pack)(value), value.key) else { return };
+        if !self.write(self.value_key(recipe, files, folder), seconds, &bytes, warn) {
+            return;
+        }
+        let seen = |path: &PathBuf| path.strip_prefix(folder).unwrap_or(path).to_owned();
+        let files = files.iter().map(|(path, contents)| (seen(path), *contents)).collect();
+        let Ok(record) = serde_json::to_vec(&Record { key, files }) else { return };
+        let at = self.of("stored record", recipe);
+        // An older one is of other files.
+        if self.store.bytes(at).ok().flatten().is_some_and(|known| known != record) {
+            let _ = self.store.remove(at);
+        }
+        self.write(at, seconds, &record, warn);
+    }
+
+    fn value_key(&self, recipe: Key, files: &Files, folder: &Path) -> Key {
+        let mut key = KeyHasher::new("stored value");
+        key.key(self.build).key(recipe);
+        for (path, contents) in files {
+            key.value(path.strip_prefix(folder).unwrap_or(path)).value(contents);
+        }
+        key.finish()
+    }
+
+    fn read(&self, key: Key, warn: &dyn Fn(&str)) -> Option<Vec<u8>> {
+        self.store.bytes(key).unwrap_or_else(|error| {
+            warn(&format!("{error}: it is made again"));
+            None
+        })
+    }
+
+    fn write(&self, key: Key, seconds: f64, bytes: &[u8], warn: &dyn Fn(&str)) -> bool {
+        match self.store.put(key, seconds, |out| out.write_all(bytes)) {
+            Ok(_) => true,
+            Err(error) => {
+                if !self.is_told.swap(true, Ordering::Relaxed) {
+                    warn(&format!("{error}: nothing can be stored"));
+                }
+                false
+            }
+        }
+    }
+}
