@@ -137,13 +137,14 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 32] = [
+const LAYERS: [(&str, &[&str]); 33] = [
     ("error", &["text"]),
     ("math", &[]),
     ("key", &[]),
     ("output", &["error"]),
     ("text", &[]),
     ("machine", &[]),
+    ("moment", &[]),
     ("watch", &["error", "key"]),
     ("open", &["error", "key", "output", "text", "watch"]),
     ("cache", &["key", "machine", "watch"]),
@@ -169,8 +170,8 @@ const LAYERS: [(&str, &[&str]); 32] = [
     (
         "scene",
         &[
-            "camera", "color", "error", "fragment", "image", "key", "light", "math", "open",
-            "polygon", "text", "texture", "trace", "watch",
+            "camera", "color", "error", "fragment", "image", "key", "light", "math", "moment",
+            "open", "polygon", "text", "texture", "trace", "watch",
         ],
     ),
     ("shadow", &["camera", "fragment", "span", "trace", "watch"]),

@@ -132,7 +132,8 @@ impl ReadOptions {
         }
         let ReadOptions { unit, up, origin, crease, pictures, lod, moment } = self;
         let mut later = lod.map_or(String::new(), |level| format!(", lod: {}", text(&Some(level))));
-        later += &moment.map_or(String::new(), |moment| format!(", moment: {}", text(&Some(moment))));
+        later +=
+            &moment.map_or(String::new(), |moment| format!(", moment: {}", text(&Some(moment))));
         format!(
             "ReadOptions {{ unit: {}, up: {}, origin: {}, crease: {}, pictures: {}{later} }}",
             text(unit),
