@@ -137,7 +137,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 33] = [
+const LAYERS: [(&str, &[&str]); 34] = [
     ("error", &["text"]),
     ("math", &[]),
     ("key", &[]),
@@ -148,6 +148,7 @@ const LAYERS: [(&str, &[&str]); 33] = [
     ("watch", &["error", "key"]),
     ("open", &["error", "key", "output", "text", "watch"]),
     ("cache", &["key", "machine", "watch"]),
+    ("store", &["error", "key", "output"]),
     ("color", &["math"]),
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),
