@@ -51,6 +51,7 @@ mod scene_text;
 mod shadows;
 mod span_file;
 mod span_file_bytes;
+mod stored;
 mod stream;
 mod text_art;
 mod texture_memory;

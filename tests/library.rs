@@ -137,16 +137,18 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 32] = [
+const LAYERS: [(&str, &[&str]); 34] = [
     ("error", &["text"]),
     ("math", &[]),
     ("key", &[]),
     ("output", &["error"]),
     ("text", &[]),
     ("machine", &[]),
+    ("moment", &[]),
     ("watch", &["error", "key"]),
     ("open", &["error", "key", "output", "text", "watch"]),
     ("cache", &["key", "machine", "watch"]),
+    ("store", &["error", "key", "output"]),
     ("color", &["math"]),
     ("raster", &["error"]),
     ("camera", &["error", "math", "raster"]),
@@ -169,8 +171,8 @@ const LAYERS: [(&str, &[&str]); 32] = [
     (
         "scene",
         &[
-            "camera", "color", "error", "fragment", "image", "key", "light", "math", "open",
-            "polygon", "text", "texture", "trace", "watch",
+            "camera", "color", "error", "fragment", "image", "key", "light", "math", "moment",
+            "open", "polygon", "text", "texture", "trace", "watch",
         ],
     ),
     ("shadow", &["camera", "fragment", "span", "trace", "watch"]),

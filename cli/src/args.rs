@@ -36,6 +36,7 @@ pub(crate) enum Command {
     Convert(Convert),
     Diff(Diff),
     Merge(Merge),
+    Cache(Cache),
     New(New),
     Submit(Submit),
     Completions(Completions),
@@ -264,6 +265,28 @@ pub(crate) struct Diff {
     /// share of the picture that shows another face.
     #[arg(long, value_name = "T", default_value_t = 0.0)]
     pub(crate) tolerance: f64,
+}
+
+/// Says what a folder of stored results holds, or removes them.
+///
+/// Example: spandrel cache /mnt/fast/spandrel --stats
+///
+/// Other programs may use the folder meanwhile: what they miss they compute again.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Cache {
+    /// The folder.
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
+    /// Print how many results there are, their bytes, the time that they took to make, and when they were used, to an
+    /// hour. This is what happens without an option.
+    #[arg(long, conflicts_with = "clear")]
+    pub(crate) stats: bool,
+    /// Remove all results, also those of other versions of Spandrel. The folder and files of others stay.
+    #[arg(long)]
+    pub(crate) clear: bool,
+    /// Print it as JSON; the statistics also for each of the sixteen parts.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// Begins a program of a studio's own: Spandrel with a node of its own, ready to be built.

@@ -9,6 +9,7 @@
 //! ```
 
 mod args;
+mod cache;
 mod check;
 mod contents;
 mod convert;
@@ -80,6 +81,7 @@ pub fn run(registry: Registry) -> ExitCode {
         Command::Info(args) => info::run(&registry, &args),
         Command::Diff(args) => diff::run(&args),
         Command::Merge(args) => merge::run(&args),
+        Command::Cache(args) => cache::run(&args),
         Command::New(args) => new::run(&args),
         Command::Submit(args) => submit::run(&registry, &args),
         Command::Convert(args) => convert::run(&args),

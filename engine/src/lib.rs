@@ -62,6 +62,7 @@ pub mod shade;
 pub(crate) mod shadow;
 pub mod span;
 pub mod span_file;
+pub mod store;
 pub mod stream;
 pub mod text;
 pub mod texture;

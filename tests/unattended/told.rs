@@ -178,6 +178,7 @@ fn names_of_any_letters_are_read_written_and_told() {
             (&["check", &graph, "--set", &value], 3),
             (&["render", &graph, "-w", &name], 2),
             (&["nodes", &name], 2),
+            (&["cache", &name], 4),
             (&["render", &name], 4),
             (&["info", &name], 4),
             (&["inspect", &graph, "--line", "9", "-w", &name], 2),

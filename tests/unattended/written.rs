@@ -42,6 +42,7 @@ fn a_full_device_is_a_failure_whatever_it_is() {
     let folder = Folder::new("farm-full");
     folder.run(&["render", "g.ron", "-q", "-w", "boxes", "-o", "a.span"]);
     folder.put("lamp.ies", LAMP);
+    folder.put("cache/spandrel-cache", "");
     for ending in ["png", "exr", "span", "ron", "scene", "svg", "csv"] {
         std::os::unix::fs::symlink("/dev/full", folder.at(&format!("full.{ending}"))).unwrap();
     }
@@ -66,6 +67,7 @@ fn a_full_device_is_a_failure_whatever_it_is() {
         "nodes > /dev/full",
         "nodes Fog --json > /dev/full",
         "diff a.span a.span > /dev/full",
+        "cache cache > /dev/full",
         "completions bash > /dev/full",
         "--help > /dev/full",
         "--version > /dev/full",

@@ -169,13 +169,15 @@ impl Target {
 }
 
 /// A file beside another; removed if it is not renamed.
-struct Beside {
-    path: PathBuf,
-    file: Option<File>,
+#[derive(Debug)]
+pub(crate) struct Beside {
+    pub(crate) path: PathBuf,
+    pub(crate) file: Option<File>,
 }
 
 impl Beside {
-    fn new(path: &Path) -> std::io::Result<Beside> {
+    /// A new file in the folder of a path, with a hidden name.
+    pub(crate) fn new(path: &Path) -> std::io::Result<Beside> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         // A long name would be too long with what is added to it.
         let name: String =
