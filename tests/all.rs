@@ -3,6 +3,7 @@
 mod algebra;
 mod bent;
 mod billboards;
+mod cached;
 mod city;
 mod city_levels;
 mod city_shells;

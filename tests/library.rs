@@ -137,7 +137,7 @@ fn no_node_is_missing_from_the_librarys_list() {
 }
 
 /// The modules of the engine, each with those that it may use. Arrows point down only.
-const LAYERS: [(&str, &[&str]); 34] = [
+const LAYERS: [(&str, &[&str]); 35] = [
     ("error", &["text"]),
     ("math", &[]),
     ("key", &[]),
@@ -157,6 +157,7 @@ const LAYERS: [(&str, &[&str]); 34] = [
     ("packed", &["color"]),
     ("trace", &["camera", "polygon"]),
     ("stream", &["color", "math", "text"]),
+    ("motion", &["color", "moment", "stream", "text"]),
     ("texture", &["color", "error", "image", "key", "math", "watch"]),
     ("picture", &["color", "error", "image", "key", "math", "polygon", "texture", "watch"]),
     ("fragment", &["cache", "camera", "color", "error", "key", "texture", "trace"]),
@@ -172,7 +173,7 @@ const LAYERS: [(&str, &[&str]); 34] = [
         "scene",
         &[
             "camera", "color", "error", "fragment", "image", "key", "light", "math", "moment",
-            "open", "polygon", "text", "texture", "trace", "watch",
+            "motion", "open", "polygon", "text", "texture", "trace", "watch",
         ],
     ),
     ("shadow", &["camera", "fragment", "span", "trace", "watch"]),
@@ -205,7 +206,13 @@ const LAYERS: [(&str, &[&str]); 34] = [
             "watch",
         ],
     ),
-    ("graph", &["cache", "error", "key", "open", "output", "text", "watch"]),
+    (
+        "graph",
+        &[
+            "cache", "color", "error", "key", "moment", "motion", "open", "output", "store", "text",
+            "watch",
+        ],
+    ),
     (
         "values",
         &[

@@ -5,6 +5,7 @@ use std::fmt::Debug;
 
 use super::{Batch, Columns, Fragments, Stage, World};
 use crate::color::ValueKind;
+use crate::trace::Toward;
 
 /// A program over fragments: one entry of a source's shading stack.
 ///
@@ -44,6 +45,12 @@ pub trait Shader: Any + Send + Sync + Debug {
 
     /// The illuminance in lux under which a white surface shows 1, if it is the one that lights them.
     fn white(&self) -> Option<f32> {
+        None
+    }
+
+    /// The lights toward which it looks, if all that it sees of its surroundings is what casts shadows of them. `None`,
+    /// if what is anywhere may matter.
+    fn looks_toward(&self) -> Option<Vec<Toward>> {
         None
     }
 

@@ -9,6 +9,7 @@
 //! 4. Where translucent faces lie over others, colours are blended fragment by fragment.
 //! 5. Colours, and what other channels hold, are added up, weighted by coverage (\[N] eq. 2; `channel`).
 
+mod again;
 mod boundary;
 mod channel;
 pub mod coverage;
@@ -36,6 +37,7 @@ use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::ops::BitOr;
 use std::sync::Arc;
+use std::time::Instant;
 
 use crate::camera::View;
 use crate::error::{Error, Result};
@@ -45,6 +47,7 @@ use crate::span::SpanImage;
 use crate::span::image::Intensities;
 use crate::visible::probe::FaceIndex;
 use crate::watch::Watch;
+use again::Last;
 use channel::Needs;
 use paint::{Ahead, Painter, Pixels, Tally};
 use select::Selected;
@@ -185,9 +188,16 @@ fn painted(
     let mut touched = vec![false; if selected.is_some() { window.area() } else { 0 }];
     let mut values: Vec<Vec<(String, Samples)>> =
         makers.iter().map(|maker| maker.values(window.area())).collect();
+    let clock = Instant::now();
     let bands: Vec<(u32, Rows)> = (framing.rows.clone().step_by(BAND as usize))
         .map(|first| (first / BAND, first..framing.rows.end.min(first + BAND)))
         .collect();
+    // Rules that divide pixels look at more than lines.
+    let way = (selected.is_none() && rule.tolerance().is_none())
+        .then(|| again::key(image, (rule, framing), channels, &values));
+    let last = way.and_then(Last::of);
+    let is_same = last.as_ref().map(|last| last.same(image, framing, &bands));
+    let is_same = is_same.unwrap_or_else(|| vec![false; bands.len()]);
     // Each band gets its own slices of all channels: tasks write side by side without a lock, and
     // no sum depends on which is first.
     let rows = BAND as usize * window.width as usize;
@@ -206,6 +216,18 @@ fn painted(
         }
     }
     deal(&mut touched, rows, &mut parts, |part, touched| part.touched = touched);
+    let mut told: Vec<Tally> = bands.iter().map(|_| Tally::default()).collect();
+    let mut to_do = Vec::new();
+    for (at, part) in parts.into_iter().enumerate() {
+        match last.as_ref().filter(|_| is_same[at]) {
+            Some(last) => {
+                part.take(&last.values, at * rows);
+                // What shaders counted was not done again.
+                told[at].names = last.told[at].names.clone();
+            }
+            None => to_do.push((at, bands[at].clone(), part)),
+        }
+    }
     let watch = Watch::current();
     let painter = || {
         let mut coverage = Coverage::new(image, rule, framing, index.as_ref()).without_hidden();
@@ -216,26 +238,35 @@ fn painted(
             .with_makers(&makers)
             .with_selected(selected)
     };
-    let ahead = if needs.shaded { Ahead::of(image, &bands, painter) } else { None };
+    let open: Vec<(u32, Rows)> = to_do.iter().map(|(_, band, _)| band.clone()).collect();
+    let ahead = if needs.shaded { Ahead::of(image, &open, painter) } else { None };
     let (ahead, passes) = ahead.unzip();
-    watch.begin(bands.len());
-    let told: Vec<Tally> = bands
-        .par_iter()
-        .zip(parts)
+    watch.begin(open.len());
+    let new: Vec<(usize, Tally)> = to_do
+        .into_par_iter()
         .enumerate()
         // A thread keeps its painter from band to band, and with it the memory of its rows.
-        .map_init(painter, |painter, (at, ((band, rows), part))| {
-            let ahead = ahead.as_ref().map(|ahead| &ahead[at]);
-            painter.rows(*band, rows.clone(), ahead, part)
+        .map_init(painter, |painter, (number, (at, (band, rows), part))| {
+            let ahead = ahead.as_ref().map(|ahead| &ahead[number]);
+            (at, painter.rows(band, rows, ahead, part))
         })
         .collect();
+    new.into_iter().for_each(|(at, tally)| told[at] = tally);
     // Surfaces are asked by value and have no way to fail there. What went wrong is asked for at
     // the end.
     if let Some(fault) = image.sources().iter().find_map(|source| source.surfaces.fault()) {
         return Err(fault);
     }
+    if let Some(way) = way.filter(|_| !watch.is_stopped()) {
+        Last::keep(way, image, &values, &told, clock.elapsed().as_secs_f64());
+    }
     let size = Framing::size(raster, framing.scale)?;
     let mut picture = Image::new(size, window);
+    let taken = bands.iter().zip(&is_same).filter(|(_, is_same)| **is_same);
+    let taken: u64 = taken.map(|((_, rows), _)| rows.len() as u64).sum();
+    if taken > 0 {
+        picture.counts.insert("rows as before", taken);
+    }
     let Framing { scale, pan, vertical, filter, .. } = framing;
     picture.attributes = Some(Arc::new(attributes(image.view(), framing, size)));
     picture.how = Some(format!(

@@ -22,6 +22,7 @@ use crate::camera::Plane;
 use crate::fragment::{
     Batch, Casting, Columns, Fragments, Kept, LightLayers, LinePiece, Painted, stack,
 };
+use crate::image::Samples;
 use crate::key::{Key, KeyHasher};
 use crate::raster::Rows;
 use crate::span::image::Intensities;
@@ -43,6 +44,24 @@ impl Pixels<'_> {
     /// Of so many makers, without values.
     pub(super) fn of(makers: usize) -> Self {
         Pixels { values: (0..makers).map(|_| Values::default()).collect(), touched: &mut [] }
+    }
+
+    /// Takes the values of another picture, from a pixel of it on.
+    pub(super) fn take(self, of: &[Vec<(String, Samples)>], from: usize) {
+        for (values, of) in self.values.into_iter().zip(of) {
+            let (mut ids, mut floats) = (values.ids.into_iter(), values.floats.into_iter());
+            for (_, samples) in of {
+                match samples {
+                    Samples::Id(known) => ids.by_ref().take(1).for_each(|ids| {
+                        ids.copy_from_slice(&known[from..from + ids.len()]);
+                    }),
+                    Samples::Float(known) => floats.by_ref().take(1).for_each(|floats| {
+                        floats.copy_from_slice(&known[from..from + floats.len()]);
+                    }),
+                    Samples::FromFile(_) => {}
+                }
+            }
+        }
     }
 }
 
@@ -68,7 +87,7 @@ pub(super) struct Painter<'a> {
 }
 
 /// What rows tell beside their pixels.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
     /// What ids mean.
     pub(super) names: BTreeMap<u32, String>,

@@ -127,6 +127,15 @@ impl Shader for Illuminate {
         self.lamps.iter().map(|lamp| lamp.name.clone()).collect()
     }
 
+    fn looks_toward(&self) -> Option<Vec<Toward>> {
+        // Discs and skies are looked at in more than one direction.
+        if self.shadows != Shadows::Volumes {
+            return None;
+        }
+        let lamps = self.lamps.iter().filter(|lamp| lamp.shines() && !lamp.light.is_everywhere());
+        lamps.map(|lamp| lamp.light.toward()).collect()
+    }
+
     fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>) {
         let count = fragments.len();
         let scale = 1.0 / self.white;

@@ -1,0 +1,288 @@
+//! What is as it was in the picture before (\[N]: "the compositing is done by recalculating only moving elements").
+//!
+//! Of each way of resolving, the last image and its picture are kept. Bands of rows on which the next image shows the
+//! same faces at the same cells, shaded alike, are taken from that picture: bit for bit what they would be. A shader
+//! that looks around makes a band another if something that moved may cast a shadow on what is seen there.
+
+use glam::DVec3;
+use std::collections::{BTreeSet, HashMap};
+use std::sync::{Arc, OnceLock};
+
+use super::paint::Tally;
+use super::rule::{Framing, Rule};
+use crate::cache::{Shelf, cache};
+use crate::fragment::{Shading, Stage, World};
+use crate::image::{Channel, Samples};
+use crate::key::Key;
+use crate::raster::Rows;
+use crate::span::{FaceId, Source, SpanImage};
+use crate::trace::Toward;
+
+/// A picture that was made, and the image that it is of.
+pub(super) struct Last {
+    image: SpanImage,
+    /// By maker of channels, as the picture has them.
+    pub(super) values: Vec<Vec<(String, Samples)>>,
+    /// By band.
+    pub(super) told: Vec<Tally>,
+}
+
+/// The pictures that were made last, by how they were made.
+fn shelf() -> &'static Shelf {
+    static SHELF: OnceLock<Shelf> = OnceLock::new();
+    SHELF.get_or_init(|| cache().shelf())
+}
+
+/// How pictures are made that may have parts in common.
+pub(super) fn key(
+    image: &SpanImage,
+    (rule, framing): (Rule, &Framing),
+    channels: &BTreeSet<Channel>,
+    values: &[Vec<(String, Samples)>],
+) -> Key {
+    let names: Vec<&str> = values.iter().flatten().map(|(name, _)| name.as_str()).collect();
+    let raster = image.view().raster();
+    let how = format!("{rule:?} {framing:?} {raster:?}");
+    Key::of(&(how, image.view().camera(), channels, names))
+}
+
+impl Last {
+    /// What was made last in a way.
+    pub(super) fn of(key: Key) -> Option<Arc<Last>> {
+        shelf().get(key, 0)?.downcast().ok()
+    }
+
+    /// Keeps what was made in a way, instead of what was before.
+    pub(super) fn keep(
+        key: Key,
+        image: &SpanImage,
+        values: &[Vec<(String, Samples)>],
+        told: &[Tally],
+        seconds: f64,
+    ) {
+        let (values, told) = (values.to_vec(), told.to_vec());
+        let samples: usize = values.iter().flatten().map(|(_, samples)| samples.len() * 4).sum();
+        let bytes = image.bytes() + samples;
+        shelf().remove(key, 0);
+        let last = Last { image: image.clone(), values, told };
+        shelf().put(key, 0, Arc::new(last), bytes, seconds);
+    }
+
+    /// Which bands of rows of another image's picture are those of this one.
+    pub(super) fn same(&self, image: &SpanImage, framing: &Framing, bands: &[(u32, Rows)]) -> Vec<bool> {
+        let before = &self.image;
+        let is_alike = before.plan() == image.plan()
+            && before.rows() == image.rows()
+            && before.limits() == image.limits()
+            && before.view().camera() == image.view().camera()
+            && before.view().raster() == image.view().raster();
+        if !is_alike {
+            return vec![false; bands.len()];
+        }
+        let matched = Matched::of(before, image);
+        bands
+            .iter()
+            .map(|(_, rows)| {
+                let part = Framing { rows: rows.clone(), ..framing.clone() };
+                let rows = part.raster_rows(image.view().raster());
+                matched.is_same(before, image, rows)
+            })
+            .collect()
+    }
+}
+
+/// The faces of an image that an image before had too.
+struct Matched {
+    /// Of each face, which it was; `NONE` if it is new, or is shaded in another way.
+    was: Vec<FaceId>,
+    /// Of each source, where shadows of what moved may come from.
+    moved: Vec<Vec<MovedCaster>>,
+}
+
+/// Something that casts other shadows than before, and a light.
+#[derive(Clone)]
+struct MovedCaster {
+    toward: Toward,
+    /// Its least and its greatest coordinates, before or now.
+    bounds: [DVec3; 2],
+}
+
+impl Matched {
+    fn of(before: &SpanImage, image: &SpanImage) -> Matched {
+        let mut was = Vec::with_capacity(image.face_count());
+        let mut moved = Vec::new();
+        for source in image.sources() {
+            let faces = source.faces.faces();
+            let known = before.sources().iter().enumerate().find_map(|(at, old)| {
+                Some((at, old, changed(old, source)?))
+            });
+            let Some((at, old, casters)) = known else {
+                was.extend(faces.iter().map(|_| FaceId::NONE));
+                moved.push(Vec::new());
+                continue;
+            };
+            moved.push(casters);
+            if Arc::ptr_eq(&old.faces, &source.faces) {
+                was.extend((0..faces.len()).map(|place| before.id(at, place)));
+                continue;
+            }
+            let places: HashMap<u32, usize> =
+                old.faces.faces().iter().enumerate().map(|(place, face)| (face.ordinal, place)).collect();
+            was.extend(faces.iter().map(|face| {
+                places.get(&face.ordinal).map_or(FaceId::NONE, |place| before.id(at, *place))
+            }));
+        }
+        Matched { was, moved }
+    }
+
+    /// Whether rows of the raster show what they showed.
+    fn is_same(&self, before: &SpanImage, image: &SpanImage, rows: Rows) -> bool {
+        let was = |face: FaceId| match face.is_some() {
+            true => Some(self.was[face.0 as usize]).filter(|was| was.is_some()),
+            false => Some(FaceId::NONE),
+        };
+        let lines = image.plan().lines(&rows);
+        let held = image.lines().range();
+        let lines = lines.start.max(held.start)..lines.end.min(held.end);
+        for k in lines.clone() {
+            let (a, b) = (before.lines().line(k), image.lines().line(k));
+            let is_line = a.len() == b.len()
+                && a.iter().zip(b).all(|(a, b)| a.x == b.x && was(b.face) == Some(a.face));
+            let (a, b) = (before.layers().line(k), image.layers().line(k));
+            let are_layers = a.len() == b.len()
+                && a.iter().zip(b).all(|(a, b)| {
+                    (a.start, a.end) == (b.start, b.end) && was(b.face) == Some(a.face)
+                });
+            let (a, b) = (before.cuts().line(k), image.cuts().line(k));
+            let are_cuts =
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.x == b.x && was(b.face) == Some(a.face));
+            if !(is_line && are_layers && are_cuts) {
+                return false;
+            }
+        }
+        self.moved.iter().all(Vec::is_empty) || !self.is_reached(image, lines)
+    }
+
+    /// Whether a shadow of something that moved may fall on what is seen on lines.
+    fn is_reached(&self, image: &SpanImage, lines: std::ops::Range<u32>) -> bool {
+        let raster = image.view().raster();
+        // As far as a fragment may lie from the line and the cells on which it was found.
+        let (beside, above) = (1.0, 1.0);
+        let mut seen: Vec<Option<[DVec3; 2]>> = vec![None; self.moved.len()];
+        for k in lines {
+            let y = image.y(k);
+            let line = image.lines().line(k);
+            let ends = line.iter().skip(1).map(|span| span.x).chain([raster.cells()]);
+            let opaque = line.iter().zip(ends).map(|(span, end)| (span.face, span.x, end));
+            let layers = image.layers().line(k).iter();
+            let layers = layers.map(|segment| (segment.face, segment.start, segment.end));
+            for (face, start, end) in opaque.chain(layers).filter(|(face, ..)| face.is_some()) {
+                let (source, place) = image.locate(face);
+                if self.moved[source].is_empty() {
+                    continue;
+                }
+                let plane = image.sources()[source].faces.faces()[place].plane;
+                let (left, right) = (raster.pixels(start) - beside, raster.pixels(end) + beside);
+                for (x, y) in [(left, y - above), (right, y - above), (left, y + above), (right, y + above)] {
+                    let rho = plane.depth(x, y);
+                    let point = image.view().world_point(x, y, rho);
+                    // Seen up to where it has no end.
+                    if !point.is_finite() || (!image.view().is_parallel() && rho <= 0.0) {
+                        return true;
+                    }
+                    let [low, high] = seen[source].get_or_insert([point, point]);
+                    (*low, *high) = (low.min(point), high.max(point));
+                }
+            }
+        }
+        let mut all = seen.iter().zip(&self.moved);
+        all.any(|(seen, moved)| {
+            seen.is_some_and(|seen| moved.iter().any(|caster| caster.may_shade(seen)))
+        })
+    }
+}
+
+impl MovedCaster {
+    /// Whether its shadow may fall into a box.
+    fn may_shade(&self, [low, high]: [DVec3; 2]) -> bool {
+        let [from, to] = self.bounds;
+        match self.toward {
+            // A place in the box, and some way on to the light is in the caster's.
+            Toward::Direction(way) => {
+                let (mut near, mut far) = (0.0f64, f64::INFINITY);
+                for axis in 0..3 {
+                    let (least, most) = (from[axis] - high[axis], to[axis] - low[axis]);
+                    if way[axis] == 0.0 {
+                        if least > 0.0 || most < 0.0 {
+                            return false;
+                        }
+                        continue;
+                    }
+                    let (a, b) = (least / way[axis], most / way[axis]);
+                    (near, far) = (near.max(a.min(b)), far.min(a.max(b)));
+                }
+                near <= far
+            }
+            Toward::Point(light) => {
+                let (low, high) = (low.min(light), high.max(light));
+                low.cmple(to).all() && high.cmpge(from).all()
+            }
+        }
+    }
+}
+
+/// What casts other shadows on a source than it did; `None` if it is not the same source, or was shaded in another way.
+fn changed(old: &Source, new: &Source) -> Option<Vec<MovedCaster>> {
+    let is_same = Arc::ptr_eq(&old.surfaces, &new.surfaces)
+        && (&old.label, old.scene, old.matte, &old.held) == (&new.label, new.scene, new.matte, &new.held)
+        && old.stack.len() == new.stack.len();
+    if !is_same {
+        return None;
+    }
+    let mut moved = Vec::new();
+    for stages in old.stack.iter().zip(&new.stack) {
+        match stages {
+            (Stage::Shade(a), Stage::Shade(b)) => moved.extend(other_shadows(a, b)?),
+            (a, b) => (a.key() == b.key()).then_some(())?,
+        }
+    }
+    Some(moved)
+}
+
+fn other_shadows(old: &Shading, new: &Shading) -> Option<Vec<MovedCaster>> {
+    let is_same = Arc::ptr_eq(old.shader(), new.shader())
+        || Key::of(&**old.shader()) == Key::of(&**new.shader());
+    if !is_same {
+        return None;
+    }
+    let (Some(a), Some(b)) = (old.world(), new.world()) else {
+        return (old.world().is_none() && new.world().is_none()).then(Vec::new);
+    };
+    if a.key() == b.key() {
+        return Some(Vec::new());
+    }
+    let lights = new.shader().looks_toward()?;
+    if a.geometry() == b.geometry() {
+        return Some(Vec::new());
+    }
+    let mut moved = Vec::new();
+    for (here, there) in [(a, b), (b, a)] {
+        for bounds in only_in(here, there) {
+            moved.extend(lights.iter().map(|toward| MovedCaster { toward: *toward, bounds }));
+        }
+    }
+    Some(moved)
+}
+
+/// The bounds of what casts shadows in a world and not in another.
+fn only_in<'w>(world: &'w World, other: &'w World) -> impl Iterator<Item = [DVec3; 2]> + 'w {
+    let is_other = move |at: &usize| {
+        let member = &world.members()[*at];
+        let mut known = other.casters().map(|(at, _)| &other.members()[at]);
+        !known.any(|known| {
+            Arc::ptr_eq(&known.surfaces, &member.surfaces)
+                && (&known.label, known.scene) == (&member.label, member.scene)
+        })
+    };
+    world.casters().filter(move |(at, _)| is_other(at)).filter_map(|(_, casters)| casters.bounds())
+}
