@@ -19,6 +19,7 @@ mod filters;
 mod fog;
 mod formats;
 mod gltf;
+mod gltf_moves;
 mod goldens;
 mod graph;
 mod info;

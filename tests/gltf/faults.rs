@@ -235,8 +235,14 @@ fn extensions_that_are_not_read_are_told_or_refused_with_a_cure() {
     let mut draco = Made::with("/extensionsUsed", json!(["KHR_draco_mesh_compression"]));
     draco.json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
     assert!(draco.error().contains("Blender"), "{}", draco.error());
-    let animation = json!([{"channels": [], "samplers": []}]);
-    assert!(Made::with("/animations", animation).notes().contains("not played"));
+    // What animates something else than nodes.
+    let channel = json!({"sampler": 0, "target": {"path": "pointer", "extensions": {"KHR_animation_pointer":
+        {"pointer": "/materials/0/emissiveFactor"}}}});
+    let sampler = json!({"input": 0, "output": 0});
+    let animation = json!([{"channels": [channel], "samplers": [sampler]}]);
+    let notes = Made::with("/animations", animation).notes();
+    assert!(notes.starts_with("the extension KHR_animation_pointer is not read"), "{notes}");
+    assert_eq!(notes.lines().count(), 1, "{notes}");
 }
 
 #[test]

@@ -30,14 +30,14 @@ use crate::mutations::damage::made_glb as glb;
 use crate::textures::{above, colors, spans};
 
 /// A file in the making: its document, and the bytes of its only buffer.
-struct Made {
-    json: Value,
-    bytes: Vec<u8>,
+pub(crate) struct Made {
+    pub(crate) json: Value,
+    pub(crate) bytes: Vec<u8>,
 }
 
 impl Made {
     /// A triangle of (0, 0, 0), (1, 0, 0), (0, 1, 0): accessors 0 (positions) and 1 (indices).
-    fn triangle() -> Made {
+    pub(crate) fn triangle() -> Made {
         let mut made = Made {
             json: json!({
                 "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
@@ -52,7 +52,7 @@ impl Made {
     }
 
     /// Adds an accessor of its own buffer view.
-    fn add(&mut self, kind: &str, component: u32, count: usize, bytes: &[u8]) -> usize {
+    pub(crate) fn add(&mut self, kind: &str, component: u32, count: usize, bytes: &[u8]) -> usize {
         while !self.bytes.len().is_multiple_of(4) {
             self.bytes.push(0);
         }
@@ -65,7 +65,7 @@ impl Made {
         )
     }
 
-    fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
+    pub(crate) fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
         let size = match kind {
             "SCALAR" => 1,
             "VEC2" => 2,
@@ -81,7 +81,7 @@ impl Made {
         self.json[list].as_array().map_or(0, Vec::len)
     }
 
-    fn push(&mut self, list: &str, value: Value) -> usize {
+    pub(crate) fn push(&mut self, list: &str, value: Value) -> usize {
         let at = self.len(list);
         if at == 0 {
             self.json[list] = json!([]);
@@ -91,7 +91,7 @@ impl Made {
     }
 
     /// Puts a value at a place of the document, such as `/nodes/0/mesh`.
-    fn set(&mut self, place: &str, value: Value) -> &mut Made {
+    pub(crate) fn set(&mut self, place: &str, value: Value) -> &mut Made {
         match self.json.pointer_mut(place) {
             Some(old) => *old = value,
             None => {
@@ -172,16 +172,16 @@ impl Made {
 }
 
 /// A folder of its own for a file.
-fn folder() -> Scratch {
+pub(crate) fn folder() -> Scratch {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     Scratch::new(&format!("gltf-{}", COUNT.fetch_add(1, Ordering::Relaxed)))
 }
 
-fn same(points: &[DVec3], expected: &[DVec3]) {
+pub(crate) fn same(points: &[DVec3], expected: &[DVec3]) {
     assert_eq!(points.len(), expected.len(), "{points:?}");
     for (a, b) in points.iter().zip(expected) {
         assert!((*a - *b).length() < 1e-6, "{points:?} for {expected:?}");
     }
 }
 
-const TRIANGLE: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
+pub(crate) const TRIANGLE: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];

@@ -12,6 +12,7 @@ use spandrel_engine::graph::Graph;
 use spandrel_engine::graph::document::Document;
 use spandrel_engine::image::file::{self, Encoded};
 use spandrel_engine::light::photometry::Photometry;
+use spandrel_engine::moment::Moment;
 use spandrel_engine::scene::examine::examine;
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::scene::{Object, Shape};
@@ -129,7 +130,12 @@ fn scene(path: &Path) -> Result<()> {
         look(&plan.root);
         plan.definitions.values().for_each(look);
     }
-    read::scene(path, None, "it", &ReadOptions::default()).map(drop)
+    read::scene(path, None, "it", &ReadOptions::default())?;
+    if read::moves(path)? {
+        let moment = Some(Moment::default());
+        read::document(path, &ReadOptions { moment, ..ReadOptions::default() })?;
+    }
+    Ok(())
 }
 
 /// Diagnostics of graphs have no file, which the command line adds.

@@ -126,7 +126,8 @@ fn gltf() -> Vec<u8> {
     serde_json::to_vec(&document).expect("JSON can be written")
 }
 
-/// A GLB with all that is read: a skin, morph targets, sparse values, instances, pictures, lights, cameras, materials.
+/// A GLB with all that is read: a skin, morph targets, an animation, sparse values, instances, pictures, lights, cameras,
+/// materials.
 fn glb(png: &[u8]) -> Vec<u8> {
     let mut data = Vec::new();
     let (mut accessors, mut views) = (Vec::new(), Vec::new());
@@ -150,6 +151,9 @@ fn glb(png: &[u8]) -> Vec<u8> {
     add("VEC4", 5121, 3, [255, 128, 0, 255].repeat(3));
     add("SCALAR", 5121, 1, vec![1]);
     add("SCALAR", 5121, png.len(), png.to_vec());
+    add("SCALAR", 5126, 2, floats(&[0.0, 1.0]));
+    add("SCALAR", 5126, 6, floats(&[0.0, 0.5, 1.0, 0.0, 1.0, 0.0]));
+    add("SCALAR", 5126, 3, floats(&[0.0, 1.0, 3.0]));
     accessors[7]["normalized"] = json!(true);
     accessors[2]["sparse"] = json!({"count": 1, "indices": {"bufferView": 8, "componentType": 5121},
         "values": {"bufferView": 0}});
@@ -164,6 +168,12 @@ fn glb(png: &[u8]) -> Vec<u8> {
                 "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0, "ROTATION": 5}}}},
             {"rotation": [0, 0, 0.7, 0.7], "scale": [1, 2, 1]}],
         "skins": [{"joints": [1, 3], "inverseBindMatrices": 6}],
+        "animations": [{"name": "walk",
+            "channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}},
+                {"sampler": 1, "target": {"node": 1, "path": "translation"}},
+                {"sampler": 2, "target": {"node": 3, "path": "rotation"}}],
+            "samplers": [{"input": 10, "output": 11, "interpolation": "CUBICSPLINE"},
+                {"input": 12, "output": 0}, {"input": 12, "output": 5}]}],
         "cameras": [{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1, "zfar": 100}}],
         "extensions": {"KHR_lights_punctual": {"lights": [
             {"type": "spot", "intensity": 40, "spot": {"innerConeAngle": 0.3, "outerConeAngle": 0.6}}]}},

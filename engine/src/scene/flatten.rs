@@ -186,7 +186,7 @@ impl Flattening<'_> {
                 let options =
                     ReadOptions { unit: *unit, up: *up, moment, ..ReadOptions::default() };
                 // One file in two units is two documents.
-                let id = (file.directory.join(path), format!("{options:?}"));
+                let id = (file.directory.join(path), options.for_key());
                 if !self.files.contains_key(&id) {
                     let reading = self.reader.document(&id.0, &options)?;
                     self.files.insert(id.clone(), reading);

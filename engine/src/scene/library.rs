@@ -57,7 +57,7 @@ impl Library for NoFiles {
 }
 
 /// How to read a file; what is absent is as the format says.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReadOptions {
     /// Metres per unit of the file.
     pub unit: Option<f64>,
@@ -77,6 +77,9 @@ pub struct ReadOptions {
     /// The moment at which a file that [moves](super::read::moves) is read.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moment: Option<Moment>,
+    /// The name of the animation that a glTF file plays; absent, its first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub animation: Option<String>,
 }
 
 /// What was read from a file.
@@ -130,10 +133,12 @@ impl ReadOptions {
             let value = value.as_ref().and_then(|value| serde_json::to_string(value).ok());
             value.map_or("None".to_owned(), |value| format!("Some({value})"))
         }
-        let ReadOptions { unit, up, origin, crease, pictures, lod, moment } = self;
-        let mut later = lod.map_or(String::new(), |level| format!(", lod: {}", text(&Some(level))));
-        later +=
-            &moment.map_or(String::new(), |moment| format!(", moment: {}", text(&Some(moment))));
+        fn later<T: Serialize>(name: &str, value: &Option<T>) -> String {
+            value.as_ref().map_or(String::new(), |_| format!(", {name}: {}", text(value)))
+        }
+        let ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation } = self;
+        let later =
+            [later("lod", lod), later("moment", moment), later("animation", animation)].concat();
         format!(
             "ReadOptions {{ unit: {}, up: {}, origin: {}, crease: {}, pictures: {}{later} }}",
             text(unit),

@@ -41,6 +41,8 @@ pub struct ReadScene {
     /// includes its finest refinement (2.2 for 2). If absent, each building's finest level.
     #[schemars(range(min = 0.0, max = 9.0))]
     pub lod: Option<f64>,
+    /// The animation of a glTF file that is played, by its name. If absent, the file's first.
+    pub animation: Option<String>,
     /// The scene's name in messages and object names. If absent, the file's path.
     pub name: Option<String>,
 }
@@ -62,9 +64,12 @@ impl Node for ReadScene {
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Scene> {
         let moment = inputs.moment();
-        let ReadScene { file, plan, unit, up, origin, crease, pictures, lod, name } = self;
+        let ReadScene { file, plan, unit, up, origin, crease, pictures, lod, animation, name } =
+            self;
         let (unit, up, origin, crease, pictures) = (*unit, *up, *origin, *crease, *pictures);
-        let options = ReadOptions { unit, up, origin, crease, pictures, lod: *lod, moment };
+        let (lod, animation) = (*lod, animation.clone());
+        let options =
+            ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation };
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.under(inputs.directory()), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));

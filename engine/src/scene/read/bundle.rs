@@ -38,7 +38,7 @@ struct Bundle {
 
 /// Where a scene comes from.
 pub(super) fn origin(path: &Path, plan: Option<&str>, options: &ReadOptions, key: Key) -> Origin {
-    let how = How { plan: plan.map(str::to_owned), options: *options };
+    let how = How { plan: plan.map(str::to_owned), options: options.clone() };
     let how = serde_json::to_value(how).unwrap_or_default();
     Origin { file: path.to_owned(), how, key, contents: None }
 }

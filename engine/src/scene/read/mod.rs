@@ -2,7 +2,7 @@
 //!
 //! | format | ends in | up | unit | remarks |
 //! |---|---|---|---|---|
-//! | glTF 2.0 | `.gltf`, `.glb` | y | 1 m | nodes, meshes, cameras, lights, materials; animations are not played |
+//! | glTF 2.0 | `.gltf`, `.glb` | y | 1 m | nodes, meshes, skins, morph targets, cameras, lights, materials; one animation, at a moment |
 //! | Wavefront | `.obj` (+ `.mtl`) | y | 1 m | polygons stay polygons; objects, groups, vertex colours; textures by reference |
 //! | Stanford | `.ply` | y | 1 m | text and both binary forms |
 //! | Stereolithography | `.stl` | z | 1 mm | text and binary; the vertices of triangles are shared |
@@ -71,7 +71,7 @@ pub fn examined(path: &Path, options: &ReadOptions) -> Result<Reading> {
 
 fn read(mut reader: Reader, path: &Path, options: &ReadOptions) -> Result<Reading> {
     check(options)?;
-    let mut options = *options;
+    let mut options = options.clone();
     reader.wants_pictures = options.pictures != Some(false);
     reader.key.bytes(options.for_key().as_bytes());
     let bytes = reader.bytes(path)?;
@@ -119,6 +119,7 @@ fn some_move(path: &Path, seen: &mut HashSet<PathBuf>) -> Result<bool> {
             let mut others = files.iter().map(|file| some_move(&folder.join(file), seen));
             Ok(moves || others.any(|moves| moves.unwrap_or(false)))
         }
+        Format::Gltf | Format::Glb => gltf::moves(&mut reader, &bytes),
         _ => Ok(false),
     }
 }
@@ -216,9 +217,12 @@ fn contents(
     // PLY and STL are either, and look for themselves.
     let is_text = !matches!(format, Format::Ply | Format::Stl | Format::Glb | Format::Binary);
     let text = if is_text { reader.text(bytes)? } else { Cow::Borrowed("") };
+    if options.animation.is_some() && !matches!(format, Format::Gltf | Format::Glb) {
+        reader.note("`animation` names one of a glTF file, and this is none: it changes nothing");
+    }
     Ok(match format {
-        Format::Glb => (gltf::read(reader, bytes)?, METRES),
-        Format::Gltf => (gltf::read(reader, text.as_bytes())?, METRES),
+        Format::Glb => (gltf::read(reader, bytes, options)?, METRES),
+        Format::Gltf => (gltf::read(reader, text.as_bytes(), options)?, METRES),
         Format::Obj => (obj::read(reader, &text)?, METRES),
         Format::Ply => (ply::read(reader, bytes)?, METRES),
         Format::Stl => (stl::read(reader, bytes)?, Space { unit: 0.001, up: Axis::Z }),

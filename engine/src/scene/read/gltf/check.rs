@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::open;
 
 /// Every place that names something by its number, and the list that it is in. `*` is every field.
-const REFERENCES: [(&str, &str); 28] = [
+const REFERENCES: [(&str, &str); 31] = [
     ("scene", "scenes"),
     ("scenes/*/nodes/*", "nodes"),
     ("nodes/*/children/*", "nodes"),
@@ -33,6 +33,9 @@ const REFERENCES: [(&str, &str); 28] = [
     ("skins/*/inverseBindMatrices", "accessors"),
     ("skins/*/joints/*", "nodes"),
     ("skins/*/skeleton", "nodes"),
+    ("animations/*/channels/*/target/node", "nodes"),
+    ("animations/*/samplers/*/input", "accessors"),
+    ("animations/*/samplers/*/output", "accessors"),
     ("materials/*/normalTexture/index", "textures"),
     ("materials/*/occlusionTexture/index", "textures"),
     ("materials/*/emissiveTexture/index", "textures"),

@@ -72,8 +72,8 @@ const OTHERS: [Other; 21] = [
     ),
     other(
         "KHR_animation_pointer",
-        "animation, which is not played anyway",
-        "export it without animation",
+        "animation of what is no node, such as materials, lenses and the strength of lights",
+        "export it with animation of nodes only",
     ),
     other(
         "KHR_node_visibility",

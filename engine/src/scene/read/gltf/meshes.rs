@@ -1,14 +1,19 @@
 //! Meshes: the vertices that their triangles use, morphed by weights and, if a skin is posed, moved by its joints.
+//!
+//! Morph targets move positions, normals, texture coordinates and colours. Joints move positions by the mean of their
+//! matrices, and normals by the inverse transposed of this mean.
 
 use ::gltf::json::accessor::{ComponentType, Type};
-use ::gltf::json::mesh::{Mode, MorphTarget, Primitive, Semantic};
+use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked;
 use glam::{DAffine3, DMat3, DVec3, Vec2};
 
 use super::super::super::mesh::Mesh;
 use super::Builder;
 use super::extensions;
+use super::parse::File;
 use super::values::{Kind, Values};
+use super::within;
 use crate::error::{Error, Result};
 
 const FLOAT: &[ComponentType] = &[ComponentType::F32];
@@ -29,15 +34,34 @@ pub(super) struct Pose {
     pub(super) joints: Vec<DAffine3>,
 }
 
+/// A primitive, and where it is in the file.
+pub(super) struct Part<'a> {
+    pub(super) primitive: &'a Primitive,
+    pub(super) mesh: usize,
+    pub(super) number: usize,
+    /// The weights of its morph targets.
+    pub(super) weights: &'a [f64],
+}
+
+impl Part<'_> {
+    /// The accessor that an attribute has in a morph target, which the library knows for some attributes only.
+    fn target(&self, file: &File, target: usize, semantic: &Semantic) -> Option<usize> {
+        let Part { mesh, number, .. } = self;
+        let target =
+            file.json.pointer(&format!("/meshes/{mesh}/primitives/{number}/targets/{target}"))?;
+        target.get(semantic.to_string())?.as_u64().map(|accessor| accessor as usize)
+    }
+}
+
 impl Builder<'_> {
     /// A primitive's triangles.
     pub(super) fn primitive(
         &mut self,
-        primitive: &Primitive,
+        part: &Part<'_>,
         what: &str,
-        weights: &[f32],
         pose: Option<&Pose>,
     ) -> Result<Mesh> {
+        let primitive = part.primitive;
         let Checked::Valid(mode) = primitive.mode else { return Ok(Mesh::default()) };
         if matches!(mode, Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip) {
             self.reader.note(format!("{what} is points or lines: it is left out"));
@@ -80,13 +104,13 @@ impl Builder<'_> {
             }
             _ => Vec::new(),
         };
-        for (at, target) in primitive.targets.iter().flatten().enumerate() {
-            let weight = f64::from(weights.get(at).copied().unwrap_or(0.0));
-            if weight != 0.0 {
-                self.morph(target, weight, &used, positions.count, &mut mesh.points, &mut normals)
-                    .map_err(|e| within(&format!("morph target {at}"), e))?;
-            }
-        }
+        let vertices = (&used[..], positions.count);
+        self.morph(part, Semantic::Positions, vertices, &mut mesh.points, |point, by, weight| {
+            *point += DVec3::from(by) * weight;
+        })?;
+        self.morph(part, Semantic::Normals, vertices, &mut normals, |normal, by, weight| {
+            *normal += DVec3::from(by) * weight;
+        })?;
         if let Some(pose) = pose {
             self.pose(primitive, pose, &used, &mut mesh.points, &mut normals)?;
         }
@@ -100,20 +124,25 @@ impl Builder<'_> {
         }
         // A mesh keeps one set: the one that its pictures lie by.
         let set = Semantic::TexCoords(material.uv_set.unwrap_or(0));
-        if let Some(uvs) = self.attribute(primitive, set)? {
+        if let Some(uvs) = self.attribute(primitive, set.clone())? {
+            let mut uvs: Vec<[f64; 2]> = used.iter().map(|i| uvs.floats(*i as usize)).collect();
+            self.morph(part, set, vertices, &mut uvs, add)?;
             // glTF measures v downwards.
-            let uv = |i: &u32| {
-                let [u, v] = uvs.floats(*i as usize).map(|v| v as f32);
-                Vec2::new(u, 1.0 - v)
-            };
-            mesh.uvs = used.iter().map(uv).collect();
+            mesh.uvs = uvs.iter().map(|[u, v]| Vec2::new(*u as f32, 1.0 - *v as f32)).collect();
         }
-        if let Some(colors) = self.attribute(primitive, Semantic::Colors(0))? {
-            let color = |i: &u32| {
-                let [r, g, b, a] = colors.floats(*i as usize).map(|v| v as f32);
-                [r, g, b, if colors.components == 4 { a } else { 1.0 }]
+        let set = Semantic::Colors(0);
+        if let Some(colors) = self.attribute(primitive, set.clone())? {
+            let has_alpha = colors.components == 4;
+            let mut colors: Vec<[f64; 4]> =
+                used.iter().map(|i| colors.floats(*i as usize)).collect();
+            if self.morph(part, set, vertices, &mut colors, add)? {
+                colors.iter_mut().flatten().for_each(|share| *share = share.clamp(0.0, 1.0));
+            }
+            let color = |color: &[f64; 4]| {
+                let [r, g, b, a] = color.map(|share| share as f32);
+                [r, g, b, if has_alpha { a } else { 1.0 }]
             };
-            mesh.colors = used.iter().map(color).collect();
+            mesh.colors = colors.iter().map(color).collect();
         }
         mesh.validate()?;
         let front = Some(mesh.material(&material.name));
@@ -195,35 +224,40 @@ impl Builder<'_> {
         Ok((corners, used))
     }
 
-    /// Moves vertices towards a morph target.
-    fn morph(
+    /// Moves what vertices have towards morph targets; returns whether a target moves it.
+    fn morph<T, const N: usize>(
         &mut self,
-        target: &MorphTarget,
-        weight: f64,
-        used: &[u32],
-        count: usize,
-        points: &mut [DVec3],
-        normals: &mut [DVec3],
-    ) -> Result<()> {
-        for (index, places, semantic) in [
-            (target.positions, points, Semantic::Positions),
-            (target.normals, normals, Semantic::Normals),
-        ] {
-            let Some(index) = index else { continue };
-            let kind = self.kind(&semantic);
-            let moves = self.values(index.value(), &kind)?;
+        part: &Part<'_>,
+        semantic: Semantic,
+        (used, count): (&[u32], usize),
+        places: &mut [T],
+        add: impl Fn(&mut T, [f64; N], f64),
+    ) -> Result<bool> {
+        let kind = match &semantic {
+            Semantic::TexCoords(_) => Kind { shapes: &[Type::Vec2], components: SMALL },
+            Semantic::Colors(_) => Kind { shapes: &[Type::Vec3, Type::Vec4], components: SMALL },
+            semantic => self.kind(semantic),
+        };
+        let mut is_moved = false;
+        let targets = part.primitive.targets.as_ref().map_or(0, Vec::len);
+        let weights = part.weights.iter().enumerate().take(targets);
+        for (at, weight) in weights.filter(|(_, weight)| **weight != 0.0) {
+            let Some(index) = part.target(self.file, at, &semantic) else { continue };
+            let moves = self.values(index, &kind);
+            let moves = moves.map_err(|e| within(&format!("morph target {at}"), e))?;
             if moves.count != count {
-                let (index, moves) = (index.value(), moves.count);
+                let moves = moves.count;
                 return Err(Error::invalid(format!(
-                    "accessor {index} has {moves} values for {count} vertices"
+                    "morph target {at}: accessor {index} has {moves} values for {count} vertices"
                 )));
             }
             self.buffers.take(used.len() as u64)?;
             for (place, vertex) in places.iter_mut().zip(used) {
-                *place += DVec3::from(moves.floats(*vertex as usize)) * weight;
+                add(place, moves.floats(*vertex as usize), *weight);
             }
+            is_moved = true;
         }
-        Ok(())
+        Ok(is_moved)
     }
 
     /// Moves vertices as the joints of a skin stand.
@@ -282,18 +316,15 @@ impl Builder<'_> {
     }
 }
 
+fn add<const N: usize>(to: &mut [f64; N], by: [f64; N], weight: f64) {
+    to.iter_mut().zip(by).for_each(|(to, by)| *to += by * weight);
+}
+
 /// A normal where a surface was moved: by the inverse transposed, which its cofactors are but for a factor.
 fn turned(matrix: &DMat3, normal: DVec3) -> DVec3 {
     let DMat3 { x_axis: x, y_axis: y, z_axis: z } = *matrix;
     let side = if matrix.determinant() < 0.0 { -1.0 } else { 1.0 };
     DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * normal * side
-}
-
-fn within(what: &str, error: Error) -> Error {
-    match error.path() {
-        Some(_) => error,
-        None => Error::invalid(format!("{what}: {error}")),
-    }
 }
 
 fn triangle_count(mode: Mode, corners: usize) -> usize {

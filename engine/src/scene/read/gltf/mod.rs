@@ -6,12 +6,15 @@
 //! accessors ([`values`]), nodes that are no trees ([`nodes`]). What extensions say is read where it belongs;
 //! those that are not read are told ([`extensions`]).
 //!
-//! A file is a still: morph targets have the weights of their node, or else of their mesh; skins stand as the nodes
-//! do; animations are not played. Skinned meshes stand in the world, directly under the root, as the place of their own
-//! node does not count. Groups in which nothing is seen, such as the bones of a skin, are left away.
+//! A file is a still, or an animation of it at a moment ([`animations`]): morph targets have the weights of the
+//! animation, or else of their node, or else of their mesh; skins stand as the nodes do. Skinned meshes stand in the
+//! world, directly under the root, as the place of their own node does not count. Groups in which nothing is seen, such
+//! as the bones of a skin, are left away.
 
+mod animations;
 mod buffers;
 mod check;
+mod curves;
 mod extensions;
 mod lights;
 mod materials;
@@ -22,9 +25,10 @@ mod placed;
 mod placing;
 mod values;
 
+use animations::Movable;
 use buffers::Buffers;
 use glam::DAffine3;
-use nodes::Tree;
+use nodes::{Moved, Tree};
 use parse::File;
 use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
@@ -32,28 +36,40 @@ use std::path::Path;
 use values::{Kind, Values};
 
 use super::super::document::{Document, Object, Plan, Transform};
+use super::super::library::ReadOptions;
 use super::super::material::Material;
 use super::super::shape::Shape;
 use super::reader::{Names, Reader};
 use crate::error::{Error, Result};
 use crate::image::file::Encoded;
 use crate::open;
-use meshes::Pose;
+use meshes::{Part, Pose};
 
-pub(super) fn read(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
+pub(super) fn read(reader: &mut Reader, bytes: &[u8], options: &ReadOptions) -> Result<Document> {
     let path = reader.path.clone();
-    guarded(&path, || document(reader, bytes))
+    guarded(&path, || document(reader, bytes, options))
 }
 
-fn document(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
+/// Whether an animation moves something that is read.
+///
+/// # Errors
+/// If the file is not valid.
+pub(super) fn moves(reader: &mut Reader, bytes: &[u8]) -> Result<bool> {
+    let path = reader.path.clone();
+    guarded(&path, || {
+        let (file, _) = parse::parse(reader, bytes)?;
+        let tree = Tree::new(&file.root).map_err(|what| reader.fault(what))?;
+        let movable = Movable::new(&file, &tree);
+        Ok(file.root.animations.iter().any(|animation| movable.is_moved_by(animation)))
+    })
+}
+
+fn document(reader: &mut Reader, bytes: &[u8], options: &ReadOptions) -> Result<Document> {
     let (file, blob) = parse::parse(reader, bytes)?;
     for name in file.extensions() {
         if let Some(missing) = extensions::missing(&name) {
             reader.note(missing);
         }
-    }
-    if !file.root.animations.is_empty() {
-        reader.note("animations are not played: everything stands as the file's nodes do");
     }
     let tree = Tree::new(&file.root).map_err(|what| reader.fault(what))?;
     let buffers = Buffers::new(&file.root, blob);
@@ -62,13 +78,19 @@ fn document(reader: &mut Reader, bytes: &[u8]) -> Result<Document> {
         file: &file,
         buffers,
         tree,
+        moved: BTreeMap::new(),
         materials: Vec::new(),
         default_material: None,
         all_materials: BTreeMap::new(),
         definitions: BTreeMap::new(),
         known: HashMap::new(),
     };
-    builder.document()
+    builder.play(options)?;
+    let document = builder.document()?;
+    if builder.reader.examines {
+        builder.tell_animations();
+    }
+    Ok(document)
 }
 
 /// Reads a picture that a file holds itself, by its number.
@@ -140,6 +162,8 @@ struct Builder<'a> {
     file: &'a File,
     buffers: Buffers,
     tree: Tree,
+    /// What an animation moves, by node.
+    moved: BTreeMap<usize, Moved>,
     materials: Vec<Look>,
     /// The material of primitives that name none, once one does.
     default_material: Option<Look>,
@@ -147,7 +171,7 @@ struct Builder<'a> {
     /// Meshes, each under its name.
     definitions: BTreeMap<String, Object>,
     /// Their names by mesh and the weights of its targets.
-    known: HashMap<(usize, Vec<u32>), String>,
+    known: HashMap<(usize, Vec<u64>), String>,
 }
 
 impl Builder<'_> {
@@ -165,7 +189,7 @@ impl Builder<'_> {
         // All meshes, also those that no node places: a file with a faulty mesh is told whatever is
         // shown.
         for mesh in 0..file.root.meshes.len() {
-            self.definition(mesh, None, &mut names)?;
+            self.definition(mesh, &self.weights(mesh, None), &mut names)?;
         }
         let mut document = Document::default();
         let mut plan_names = Names::default();
@@ -247,11 +271,11 @@ impl Builder<'_> {
         if depth > 256 {
             return Err(self.reader.fault("nodes are nested more than 256 deep"));
         }
-        let transform = Transform::from_matrix(nodes::local(node));
+        let transform = Transform::from_matrix(self.tree.locals[index]);
         let mut object = Object { transform, ..Object::new(name, Shape::Group) };
         if let Some(mesh) = node.mesh.filter(|_| node.skin.is_none()) {
-            let weights = node.weights.as_deref();
-            let shape = Shape::Instance(self.definition(mesh.value(), weights, names)?);
+            let weights = self.weights(mesh.value(), Some(index));
+            let shape = Shape::Instance(self.definition(mesh.value(), &weights, names)?);
             match self.file.extension("nodes", index, "EXT_mesh_gpu_instancing") {
                 None => object.shape = shape,
                 Some(instancing) => {
@@ -273,21 +297,25 @@ impl Builder<'_> {
         Ok(Some(object))
     }
 
-    /// The name of a mesh's definition, with the weights of a node or its own.
-    fn definition(
-        &mut self,
-        mesh: usize,
-        of_node: Option<&[f32]>,
-        names: &mut Names,
-    ) -> Result<String> {
-        let json = &self.file.root.meshes[mesh];
-        let weights = of_node.or(json.weights.as_deref()).unwrap_or_default();
+    /// The weights of a mesh's morph targets on a node: an animation's, or else the node's, or else its own.
+    fn weights(&self, mesh: usize, node: Option<usize>) -> Vec<f64> {
+        if let Some(weights) = node.and_then(|node| self.moved.get(&node)?.weights.clone()) {
+            return weights;
+        }
+        let of_node = node.and_then(|node| self.file.root.nodes[node].weights.as_deref());
+        let weights = of_node.or(self.file.root.meshes[mesh].weights.as_deref());
+        weights.unwrap_or_default().iter().map(|weight| f64::from(*weight)).collect()
+    }
+
+    /// The name of a mesh's definition under some weights of its morph targets.
+    fn definition(&mut self, mesh: usize, weights: &[f64], names: &mut Names) -> Result<String> {
         // One mesh under other weights is another shape.
-        let key = (mesh, weights.iter().map(|weight| weight.to_bits()).collect::<Vec<u32>>());
+        let key = (mesh, weights.iter().map(|weight| weight.to_bits()).collect::<Vec<u64>>());
         if let Some(name) = self.known.get(&key) {
             return Ok(name.clone());
         }
-        let name = names.unique(json.name.as_deref().unwrap_or(&format!("mesh {mesh}")));
+        let name = self.file.root.meshes[mesh].name.as_deref();
+        let name = names.unique(name.unwrap_or(&format!("mesh {mesh}")));
         let object = self.mesh(mesh, weights, None)?;
         self.definitions.insert(name.clone(), object);
         self.known.insert(key, name.clone());
@@ -295,11 +323,12 @@ impl Builder<'_> {
     }
 
     /// A mesh's primitives as one object, or as children if there are several.
-    fn mesh(&mut self, mesh: usize, weights: &[f32], pose: Option<&Pose>) -> Result<Object> {
+    fn mesh(&mut self, mesh: usize, weights: &[f64], pose: Option<&Pose>) -> Result<Object> {
         let mut parts = Vec::new();
         for (at, primitive) in self.file.root.meshes[mesh].primitives.iter().enumerate() {
             let what = format!("mesh {mesh} primitive {at}");
-            let faces = self.primitive(primitive, &what, weights, pose);
+            let part = Part { primitive, mesh, number: at, weights };
+            let faces = self.primitive(&part, &what, pose);
             let faces = faces.map_err(|e| self.in_file(&what, e))?;
             if faces.face_count() > 0 {
                 parts.push(Object::new(format!("part {at}"), Shape::Faces(faces)));
@@ -353,6 +382,14 @@ impl Builder<'_> {
             Some(_) => error,
             None => self.reader.fault(format!("{what}: {error}")),
         }
+    }
+}
+
+/// A fault with where it is, if it says no file.
+fn within(what: &str, error: Error) -> Error {
+    match error.path() {
+        Some(_) => error,
+        None => Error::invalid(format!("{what}: {error}")),
     }
 }
 

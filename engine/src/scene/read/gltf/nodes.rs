@@ -3,10 +3,26 @@
 use ::gltf::json::Root;
 use ::gltf::json::scene::Node;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
+use std::collections::BTreeMap;
+
+/// What an animation says of a node at a moment; the rest is as the node has it.
+#[derive(Default)]
+pub(super) struct Moved {
+    pub(super) translation: Option<DVec3>,
+    /// A quaternion of any length.
+    pub(super) rotation: Option<[f64; 4]>,
+    pub(super) scale: Option<DVec3>,
+    /// The weights of morph targets.
+    pub(super) weights: Option<Vec<f64>>,
+}
 
 /// The nodes of a file as trees.
 pub(super) struct Tree {
     parents: Vec<Option<usize>>,
+    /// The nodes, each behind the one that it stands under.
+    order: Vec<usize>,
+    /// From each node's space to that of the one above it.
+    pub(super) locals: Vec<DAffine3>,
     /// From each node's space to the world's.
     pub(super) worlds: Vec<DAffine3>,
     /// Whether a mesh hangs on a node or on one under it.
@@ -32,32 +48,61 @@ impl Tree {
                 }
             }
         }
-        let mut worlds = vec![DAffine3::IDENTITY; count];
         let mut open: Vec<usize> = (0..count).filter(|node| parents[*node].is_none()).collect();
-        let mut reached = open.len();
+        let mut order = Vec::new();
         while let Some(at) = open.pop() {
-            let node = &root.nodes[at];
-            let above = parents[at].map_or(DAffine3::IDENTITY, |above| worlds[above]);
-            worlds[at] = above * local(node);
-            let children = node.children.iter().flatten().map(|child| child.value());
-            let before = open.len();
-            open.extend(children);
-            reached += open.len() - before;
+            order.push(at);
+            open.extend(root.nodes[at].children.iter().flatten().map(|child| child.value()));
         }
-        if reached < count {
+        if order.len() < count {
             // None of them is the root of a tree, so that they go round.
             let in_circle = (0..count).find(|node| circles(&parents, *node)).unwrap_or(0);
             return Err(format!("node {in_circle} contains itself"));
         }
-        let mut shows = vec![false; count];
-        for (at, node) in root.nodes.iter().enumerate() {
-            let mut above = (node.mesh.is_some() && node.skin.is_none()).then_some(at);
-            while let Some(at) = above.filter(|at| !shows[*at]) {
-                shows[at] = true;
-                above = parents[at];
+        let (locals, worlds, shows) = (Vec::new(), Vec::new(), Vec::new());
+        let mut tree = Tree { parents, order, locals, worlds, shows };
+        let nodes = root.nodes.iter().enumerate();
+        let meshes = nodes.filter(|(_, node)| node.mesh.is_some() && node.skin.is_none());
+        tree.shows = tree.carriers(meshes.map(|(at, _)| at));
+        tree.place(root, &BTreeMap::new());
+        Ok(tree)
+    }
+
+    /// Places the nodes, some of them where an animation has them.
+    pub(super) fn place(&mut self, root: &Root, moved: &BTreeMap<usize, Moved>) {
+        let still = Moved::default();
+        let nodes = root.nodes.iter().enumerate();
+        self.locals =
+            nodes.map(|(at, node)| local(node, moved.get(&at).unwrap_or(&still))).collect();
+        self.worlds = vec![DAffine3::IDENTITY; self.locals.len()];
+        for at in &self.order {
+            let above = self.parents[*at].map_or(DAffine3::IDENTITY, |above| self.worlds[above]);
+            self.worlds[*at] = above * self.locals[*at];
+        }
+    }
+
+    /// For each node, whether it is one of some or stands above one.
+    pub(super) fn carriers(&self, carried: impl Iterator<Item = usize>) -> Vec<bool> {
+        let mut all = vec![false; self.parents.len()];
+        for at in carried {
+            let mut above = Some(at);
+            while let Some(at) = above.filter(|at| !all[*at]) {
+                all[at] = true;
+                above = self.parents[at];
             }
         }
-        Ok(Tree { parents, worlds, shows })
+        all
+    }
+
+    /// For each node, whether a scene shows it; without scenes, all are shown.
+    pub(super) fn shown(&self, root: &Root) -> Vec<bool> {
+        let mut shown = vec![root.scenes.is_empty(); self.parents.len()];
+        let roots = root.scenes.iter().flat_map(|scene| &scene.nodes);
+        roots.for_each(|at| shown[at.value()] = true);
+        for at in &self.order {
+            shown[*at] |= self.parents[*at].is_some_and(|above| shown[above]);
+        }
+        shown
     }
 
     /// The nodes that stand under none.
@@ -103,14 +148,17 @@ fn circles(parents: &[Option<usize>], start: usize) -> bool {
 }
 
 /// From a node's space to that of the one above it.
-pub(super) fn local(node: &Node) -> DAffine3 {
+fn local(node: &Node, moved: &Moved) -> DAffine3 {
     if let Some(matrix) = node.matrix {
         return DAffine3::from_mat4(DMat4::from_cols_array(&matrix.map(f64::from)));
     }
-    let translation = node.translation.unwrap_or_default().map(f64::from);
-    let scale = node.scale.unwrap_or([1.0; 3]).map(f64::from);
+    let or = |moved: Option<DVec3>, own: [f32; 3]| moved.unwrap_or(own.map(f64::from).into());
     let rotation = node.rotation.unwrap_or_default().0.map(f64::from);
-    parts(translation.into(), rotation, scale.into())
+    parts(
+        or(moved.translation, node.translation.unwrap_or_default()),
+        moved.rotation.unwrap_or(rotation),
+        or(moved.scale, node.scale.unwrap_or([1.0; 3])),
+    )
 }
 
 /// A transform by its parts: first the scale, then the rotation (a quaternion of any length), then the move.

@@ -2,11 +2,13 @@
 //!
 //! The `gltf` library knows the structure of the format but is stricter than its specification. What it
 //! would refuse without need is made plain before it sees the document: whole numbers written `1.0`, `extras` of
-//! any kind, attributes of an application (`_NAME`), scenes without nodes. Extensions are kept apart, as JSON.
+//! any kind, attributes of an application (`_NAME`), scenes without nodes, channels of animations that move no node.
+//! Extensions are kept apart, as JSON.
 
 use ::gltf::binary::Glb;
 use ::gltf::json::Root;
-use serde_json::{Map, Value};
+use ::gltf::json::animation::VALID_PROPERTIES;
+use serde_json::Value;
 use std::collections::BTreeSet;
 
 use super::super::reader::Reader;
@@ -20,6 +22,8 @@ pub(super) struct File {
     pub(super) root: Root,
     /// All of it, for extensions.
     pub(super) json: Value,
+    /// What is wrong with the animations, if they are left out.
+    pub(super) unplayable: Option<String>,
 }
 
 impl File {
@@ -73,7 +77,7 @@ pub(super) fn parse(reader: &mut Reader, bytes: &[u8]) -> Result<(File, Option<V
     let mut faults = Vec::new();
     check::references(&json, &mut faults);
     check::refuse(&faults).map_err(fault)?;
-    let root = root(&json).map_err(|error| {
+    let (root, unplayable) = root(&json).map_err(|error| {
         // The library sees no text: what it blames is looked for in it.
         let (line, column) = match serde_json::from_str::<Root>(&text.text) {
             Err(again) if again.to_string().starts_with(&error) => (again.line(), again.column()),
@@ -83,7 +87,7 @@ pub(super) fn parse(reader: &mut Reader, bytes: &[u8]) -> Result<(File, Option<V
     })?;
     check::structure(&root, &mut faults);
     check::refuse(&faults).map_err(fault)?;
-    Ok((File { root, json }, blob))
+    Ok((File { root, json, unplayable }, blob))
 }
 
 /// The JSON of a file and, if it is a GLB, its data.
@@ -147,8 +151,8 @@ fn version(json: &Value) -> std::result::Result<(), String> {
     Err(format!("glTF version \"{version}\": this program reads 2.0{cure}"))
 }
 
-/// The document as the library has it.
-fn root(json: &Value) -> std::result::Result<Root, String> {
+/// The document as the library has it, and what is wrong with its animations, if they are left out.
+fn root(json: &Value) -> std::result::Result<(Root, Option<String>), String> {
     let mut plain = json.clone();
     without_extensions(&mut plain);
     for primitive in each(&mut plain, "meshes").flat_map(|mesh| each(mesh, "primitives")) {
@@ -161,20 +165,37 @@ fn root(json: &Value) -> std::result::Result<Root, String> {
             }
         }
     }
+    for animation in each(&mut plain, "animations") {
+        if let Some(Value::Array(channels)) = animation.get_mut("channels") {
+            channels.retain(moves_a_node);
+        }
+    }
     for (list, field) in [("scenes", "nodes"), ("skins", "joints")] {
         for object in each(&mut plain, list).filter_map(Value::as_object_mut) {
             object.entry(field).or_insert_with(|| Value::Array(Vec::new()));
         }
     }
-    serde_json::from_value(plain.clone()).or_else(|error| {
-        // Parts that a scene does not use may be as they like.
-        let fields = plain.as_object_mut().map(|fields: &mut Map<String, Value>| {
-            fields.remove("animations");
-            fields.remove("samplers");
-        });
-        let again = fields.and_then(|()| serde_json::from_value(plain).ok());
-        again.ok_or_else(|| error.to_string())
-    })
+    let error = match serde_json::from_value(plain.clone()) {
+        Ok(root) => return Ok((root, None)),
+        Err(error) => error.to_string(),
+    };
+    // A still can be shown without these.
+    for field in ["samplers", "animations"] {
+        let had = plain.as_object_mut().and_then(|fields| fields.remove(field)).is_some();
+        if let Ok(root) = serde_json::from_value(plain.clone()) {
+            let is_unplayable = had && field == "animations";
+            return Ok((root, is_unplayable.then_some(error)));
+        }
+    }
+    Err(error)
+}
+
+/// Whether a channel of an animation moves a node, and not what an extension names.
+fn moves_a_node(channel: &Value) -> bool {
+    let target = channel.get("target");
+    let path = target.and_then(|target| target.get("path")).and_then(Value::as_str);
+    target.is_some_and(|target| target.get("node").is_some())
+        && path.is_some_and(|path| VALID_PROPERTIES.contains(&path))
 }
 
 fn each<'v>(value: &'v mut Value, list: &str) -> impl Iterator<Item = &'v mut Value> {

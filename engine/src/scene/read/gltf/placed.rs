@@ -40,9 +40,8 @@ impl Builder<'_> {
             self.tree.worlds[node.value()] * bound
         };
         let joints = skin.joints.iter().enumerate().map(joint).collect();
-        let own = self.file.root.meshes[mesh.value()].weights.as_deref();
-        let weights = node.weights.as_deref().or(own).unwrap_or_default();
-        let object = self.mesh(mesh.value(), weights, Some(&Pose { joints }))?;
+        let weights = self.weights(mesh.value(), Some(index));
+        let object = self.mesh(mesh.value(), &weights, Some(&Pose { joints }))?;
         let name = siblings.unique(node.name.as_deref().unwrap_or(&format!("node {index}")));
         Ok(Some(Object { name, ..object }))
     }

@@ -144,6 +144,11 @@ impl Values {
         self.run.is_some() || self.sparse.is_some()
     }
 
+    /// Whether they are floats, or whole numbers that are normalized.
+    pub(super) fn are_shares(&self) -> bool {
+        self.normalized || self.kind == ComponentType::F32
+    }
+
     fn component(&self, i: usize, component: usize) -> f64 {
         let offset = component * self.kind.size();
         let replaced = self.sparse.as_ref().and_then(|(run, places)| Some((run, *places.get(&i)?)));
