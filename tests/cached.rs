@@ -44,7 +44,8 @@ fn folder(name: &str) -> Scratch {
 }
 
 fn skin(folder: &Path, grey: u8) {
-    let picture = image::GrayImage::from_fn(8, 8, |x, y| image::Luma([grey + ((x ^ y) * 16) as u8]));
+    let picture =
+        image::GrayImage::from_fn(8, 8, |x, y| image::Luma([grey + ((x ^ y) * 16) as u8]));
     picture.save(folder.join("skin.png")).unwrap();
 }
 
@@ -94,7 +95,8 @@ fn pixels(done: &Evaluated) -> Arc<Image> {
 }
 
 const ALL: [&str; 11] = [
-    "all", "ball", "ball.ron", "eye", "graded", "land", "land.ron", "lit", "misty", "picture", "sun",
+    "all", "ball", "ball.ron", "eye", "graded", "land", "land.ron", "lit", "misty", "picture",
+    "sun",
 ];
 
 /// What is made for each change: with nothing known, with the values of the run before in memory, and by another
@@ -112,13 +114,33 @@ fn what_a_change_makes_anew() {
     // that was solved is made too: reading scenes, merging and preparing shaders takes next to nothing.
     let cases: [(&str, String, Override, &[&str]); 8] = [
         ("nothing", NODES.to_owned(), plain(), &[]),
-        ("camera", with("(0, 3, 12)", "(1, 3, 12)"), plain(), &["all", "ball", "eye", "graded", "land", "lit", "misty", "picture"]),
-        ("light", with("(-1, -2, -1)", "(-1, -2, -2)"), plain(), &["graded", "lit", "misty", "picture", "sun"]),
+        (
+            "camera",
+            with("(0, 3, 12)", "(1, 3, 12)"),
+            plain(),
+            &["all", "ball", "eye", "graded", "land", "lit", "misty", "picture"],
+        ),
+        (
+            "light",
+            with("(-1, -2, -1)", "(-1, -2, -2)"),
+            plain(),
+            &["graded", "lit", "misty", "picture", "sun"],
+        ),
         ("fog", with("0.02", "0.03"), plain(), &["graded", "misty", "picture"]),
-        ("object", with("ball.ron", "moved.ron"), plain(), &["all", "ball", "graded", "lit", "misty", "moved.ron", "picture"]),
+        (
+            "object",
+            with("ball.ron", "moved.ron"),
+            plain(),
+            &["all", "ball", "graded", "lit", "misty", "moved.ron", "picture"],
+        ),
         ("grade", with("0.5", "0.7"), plain(), &["graded"]),
         ("scale", NODES.to_owned(), wide, &["graded", "picture"]),
-        ("window", NODES.to_owned(), part, &["all", "ball", "graded", "land", "lit", "misty", "picture"]),
+        (
+            "window",
+            NODES.to_owned(),
+            part,
+            &["all", "ball", "graded", "land", "lit", "misty", "picture"],
+        ),
     ];
     for (what, changed_nodes, changed, warm) in cases {
         let scratch = folder(&format!("cached-{what}"));
@@ -184,7 +206,8 @@ fn what_is_damaged_is_made_again_and_told() {
     let graph = graph(scratch.path(), NODES);
     let (whole, _) = evaluate(&run_of(scratch.path(), "a"), &graph, &Override::default());
     let objects = spandrel_tests::data::files(&scratch.path().join("cache"), &[""]);
-    let objects: Vec<_> = objects.into_iter().filter(|file| file.to_string_lossy().contains("objects")).collect();
+    let objects: Vec<_> =
+        objects.into_iter().filter(|file| file.to_string_lossy().contains("objects")).collect();
     assert!(objects.len() >= 4, "two images of spans, a picture and its record: {objects:?}");
     for object in &objects {
         let mut bytes = std::fs::read(object).unwrap();
@@ -194,7 +217,10 @@ fn what_is_damaged_is_made_again_and_told() {
     }
     let (again, warnings) = evaluate(&run_of(scratch.path(), "a"), &graph, &Override::default());
     assert_eq!(pixels(&again).channel("R"), pixels(&whole).channel("R"));
-    assert!(!warnings.is_empty() && warnings.iter().all(|w| w.contains("made again")), "{warnings:?}");
+    assert!(
+        !warnings.is_empty() && warnings.iter().all(|w| w.contains("computed again")),
+        "{warnings:?}"
+    );
     let (third, warnings) = evaluate(&run_of(scratch.path(), "a"), &graph, &Override::default());
     assert_eq!((nodes(&third)[1].clone(), warnings), (vec!["picture"], vec![]));
 }
@@ -202,7 +228,8 @@ fn what_is_damaged_is_made_again_and_told() {
 #[test]
 fn the_command_line_shares_a_folder() {
     let scratch = folder("cached-program");
-    let text = format!("Graph(nodes: {{{NODES} \"file\": Write(image: \"graded\", path: \"a.png\")}})");
+    let text =
+        format!("Graph(nodes: {{{NODES} \"file\": Write(image: \"graded\", path: \"a.png\")}})");
     std::fs::write(scratch.path().join("g.ron"), text).unwrap();
     let render = |more: &[&str]| {
         let arguments = [&["render", "g.ron", "--stats=json", "-q"], more].concat();

@@ -209,8 +209,8 @@ const LAYERS: [(&str, &[&str]); 35] = [
     (
         "graph",
         &[
-            "cache", "color", "error", "key", "moment", "motion", "open", "output", "store", "text",
-            "watch",
+            "cache", "color", "error", "key", "moment", "motion", "open", "output", "store",
+            "text", "watch",
         ],
     ),
     (

@@ -42,7 +42,7 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
     let Prepared { graph, outputs, frames } = prepare(registry, args)?;
     let mut film = Film::new(args, graph, &outputs, &frames)?;
     let is_for_programs = args.json || args.stats == Some(Format::Json);
-    let writes_to_standard = film.files().any(|file| output::is_standard(&file));
+    let writes_to_standard = film.files().any(|file| output::is_standard(file));
     if writes_to_standard && is_for_programs {
         let option = if args.json { "--json" } else { "--stats=json" };
         print::error(format!(

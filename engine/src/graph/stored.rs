@@ -124,7 +124,7 @@ impl Stored {
 
     fn read(&self, key: Key, warn: &dyn Fn(&str)) -> Option<Vec<u8>> {
         self.store.bytes(key).unwrap_or_else(|error| {
-            warn(&format!("{error}: it is made again"));
+            warn(&error.to_string());
             None
         })
     }

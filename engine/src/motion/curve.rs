@@ -50,8 +50,10 @@ const HOW: &str = "write Curve([(1, 0.5), (24, 2)]): frames with values";
 
 impl Curve {
     /// Reads a curve of a text; all places are the text's.
-    pub(super) fn parse(text: &str, place: Range<usize>) -> Result<Curve, Diagnostic> {
-        let fault = |at: &Range<usize>, message: String| Diagnostic::error(at.clone(), message);
+    pub(super) fn parse(text: &str, place: Range<usize>) -> Result<Curve, Box<Diagnostic>> {
+        let fault =
+            |at: &Range<usize>, message: String| Box::new(Diagnostic::error(at.clone(), message));
+        let helped = |fault: Box<Diagnostic>, how: &str| Box::new(fault.help(how));
         let (mut keys, mut between) = (None, Way::Smooth);
         let (mut before, mut after) = (Beyond::Hold, Beyond::Hold);
         for part in parts(text, &place) {
@@ -86,13 +88,13 @@ impl Curve {
         }
         let list = keys.filter(|keys| text[keys.clone()].starts_with('['));
         let list =
-            list.ok_or_else(|| fault(&place, "a curve needs its keys".to_owned()).help(HOW))?;
+            list.ok_or_else(|| helped(fault(&place, "a curve needs its keys".to_owned()), HOW))?;
         let keys: Vec<CurveKey> = parts(text, &list)
             .into_iter()
             .map(|part| key(text, &part.value, &between))
             .collect::<Result<_, _>>()?;
         let Some(first) = keys.first() else {
-            return Err(fault(&list, "a curve needs at least one key".to_owned()).help(HOW));
+            return Err(helped(fault(&list, "a curve needs at least one key".to_owned()), HOW));
         };
         for (pair, part) in keys.windows(2).zip(parts(text, &list).iter().skip(1)) {
             let [a, b] = pair else { continue };
@@ -101,15 +103,16 @@ impl Curve {
                     "this key's frame, {}, is not behind that of the one before, {}",
                     b.frame, a.frame
                 );
-                return Err(
-                    fault(&part.value, message).help("put the keys in the order of their frames")
-                );
+                return Err(helped(
+                    fault(&part.value, message),
+                    "put the keys in the order of their frames",
+                ));
             }
             let is_mixed = a.way != Way::Step || !keys.iter().all(|key| key.way == Way::Step);
             if is_mixed && !b.value.is_like(&first.value) {
                 let message = "this value has another form than the first, so that there is nothing between them";
-                return Err(fault(&part.value, message.to_owned())
-                    .help("give all keys values of one form, or make it a curve of steps: `between: Step`"));
+                let cure = "give all keys values of one form, or make it a curve of steps: `between: Step`";
+                return Err(helped(fault(&part.value, message.to_owned()), cure));
             }
         }
         let linear = [before, after].contains(&Beyond::Linear);
@@ -229,10 +232,10 @@ impl Curve {
 }
 
 /// A key: its frame, its value, and how it gets to the next.
-fn key(text: &str, place: &Range<usize>, between: &Way) -> Result<CurveKey, Diagnostic> {
+fn key(text: &str, place: &Range<usize>, between: &Way) -> Result<CurveKey, Box<Diagnostic>> {
     let written = &text[place.clone()];
     let wrong = |at: &Range<usize>, message: &str| {
-        Err(Diagnostic::error(at.clone(), message.to_owned()).help(HOW))
+        Err(Box::new(Diagnostic::error(at.clone(), message.to_owned()).help(HOW)))
     };
     let parts = if written.starts_with('(') { parts(text, place) } else { Vec::new() };
     let [frame, value, rest @ ..] = &parts[..] else {
@@ -257,8 +260,8 @@ fn key(text: &str, place: &Range<usize>, between: &Way) -> Result<CurveKey, Diag
 }
 
 /// How a value gets on; slopes must have the form of the value.
-fn way(text: &str, place: &Range<usize>, value: Option<&Form>) -> Result<Way, Diagnostic> {
-    let fault = |message: String| Err(Diagnostic::error(place.clone(), message));
+fn way(text: &str, place: &Range<usize>, value: Option<&Form>) -> Result<Way, Box<Diagnostic>> {
+    let fault = |message: String| Err(Box::new(Diagnostic::error(place.clone(), message)));
     match &text[place.clone()] {
         "Step" => Ok(Way::Step),
         "Linear" => Ok(Way::Linear),

@@ -71,7 +71,7 @@ struct MovingValue {
 enum What {
     Curve(Curve),
     /// An expression, and where its text stands.
-    Expression(Expression, Range<usize>),
+    Expression(Box<Expression>, Range<usize>),
     Reference(String),
     /// The name of a file with a place for the frame's number.
     Sequence(String),
@@ -113,7 +113,7 @@ impl Motion {
             end = place.end;
             match What::parse(name, text, &place) {
                 Ok(what) => motion.values.push(MovingValue { place, what }),
-                Err(fault) => faults.push(fault),
+                Err(fault) => faults.push(*fault),
             }
         }
         for (field, item) in index.fields() {
@@ -219,7 +219,7 @@ impl Motion {
 }
 
 impl What {
-    fn parse(name: &str, text: &str, place: &Range<usize>) -> Result<What, Diagnostic> {
+    fn parse(name: &str, text: &str, place: &Range<usize>) -> Result<What, Box<Diagnostic>> {
         if name == "Curve" {
             return Curve::parse(text, place.clone()).map(What::Curve);
         }
@@ -236,17 +236,17 @@ impl What {
                 _ => "Expr(\"2 + sin(time)\")",
             };
             let fault = Diagnostic::error(place.clone(), format!("this is no {name}"));
-            return Err(fault.help(format!("write {how}")));
+            return Err(Box::new(fault.help(format!("write {how}"))));
         };
         if name == "Ref" {
             return Ok(What::Reference(said));
         }
         match Expression::parse(&said) {
-            Ok(expression) => Ok(What::Expression(expression, value)),
+            Ok(expression) => Ok(What::Expression(Box::new(expression), value)),
             Err(fault) => {
                 let at = offset_in_text(&text[value.clone()], fault.at).map(|at| value.start + at);
                 let place = at.map_or(value, |at| at..at + 1);
-                Err(Diagnostic::error(place, fault.message))
+                Err(Box::new(Diagnostic::error(place, fault.message)))
             }
         }
     }

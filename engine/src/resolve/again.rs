@@ -69,7 +69,12 @@ impl Last {
     }
 
     /// Which bands of rows of another image's picture are those of this one.
-    pub(super) fn same(&self, image: &SpanImage, framing: &Framing, bands: &[(u32, Rows)]) -> Vec<bool> {
+    pub(super) fn same(
+        &self,
+        image: &SpanImage,
+        framing: &Framing,
+        bands: &[(u32, Rows)],
+    ) -> Vec<bool> {
         let before = &self.image;
         let is_alike = before.plan() == image.plan()
             && before.rows() == image.rows()
@@ -113,9 +118,11 @@ impl Matched {
         let mut moved = Vec::new();
         for source in image.sources() {
             let faces = source.faces.faces();
-            let known = before.sources().iter().enumerate().find_map(|(at, old)| {
-                Some((at, old, changed(old, source)?))
-            });
+            let known = before
+                .sources()
+                .iter()
+                .enumerate()
+                .find_map(|(at, old)| Some((at, old, changed(old, source)?)));
             let Some((at, old, casters)) = known else {
                 was.extend(faces.iter().map(|_| FaceId::NONE));
                 moved.push(Vec::new());
@@ -126,8 +133,13 @@ impl Matched {
                 was.extend((0..faces.len()).map(|place| before.id(at, place)));
                 continue;
             }
-            let places: HashMap<u32, usize> =
-                old.faces.faces().iter().enumerate().map(|(place, face)| (face.ordinal, place)).collect();
+            let places: HashMap<u32, usize> = old
+                .faces
+                .faces()
+                .iter()
+                .enumerate()
+                .map(|(place, face)| (face.ordinal, place))
+                .collect();
             was.extend(faces.iter().map(|face| {
                 places.get(&face.ordinal).map_or(FaceId::NONE, |place| before.id(at, *place))
             }));
@@ -154,8 +166,8 @@ impl Matched {
                     (a.start, a.end) == (b.start, b.end) && was(b.face) == Some(a.face)
                 });
             let (a, b) = (before.cuts().line(k), image.cuts().line(k));
-            let are_cuts =
-                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.x == b.x && was(b.face) == Some(a.face));
+            let are_cuts = a.len() == b.len()
+                && a.iter().zip(b).all(|(a, b)| a.x == b.x && was(b.face) == Some(a.face));
             if !(is_line && are_layers && are_cuts) {
                 return false;
             }
@@ -183,7 +195,9 @@ impl Matched {
                 }
                 let plane = image.sources()[source].faces.faces()[place].plane;
                 let (left, right) = (raster.pixels(start) - beside, raster.pixels(end) + beside);
-                for (x, y) in [(left, y - above), (right, y - above), (left, y + above), (right, y + above)] {
+                for (x, y) in
+                    [(left, y - above), (right, y - above), (left, y + above), (right, y + above)]
+                {
                     let rho = plane.depth(x, y);
                     let point = image.view().world_point(x, y, rho);
                     // Seen up to where it has no end.
@@ -234,7 +248,8 @@ impl MovedCaster {
 /// What casts other shadows on a source than it did; `None` if it is not the same source, or was shaded in another way.
 fn changed(old: &Source, new: &Source) -> Option<Vec<MovedCaster>> {
     let is_same = Arc::ptr_eq(&old.surfaces, &new.surfaces)
-        && (&old.label, old.scene, old.matte, &old.held) == (&new.label, new.scene, new.matte, &new.held)
+        && (&old.label, old.scene, old.matte, &old.held)
+            == (&new.label, new.scene, new.matte, &new.held)
         && old.stack.len() == new.stack.len();
     if !is_same {
         return None;

@@ -68,8 +68,7 @@ impl Node for ReadScene {
             self;
         let (unit, up, origin, crease, pictures) = (*unit, *up, *origin, *crease, *pictures);
         let (lod, animation) = (*lod, animation.clone());
-        let options =
-            ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation };
+        let options = ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation };
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.under(inputs.directory()), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));
