@@ -195,8 +195,8 @@ const LAYERS: [(&str, &[&str]); 35] = [
     (
         "resolve",
         &[
-            "camera", "color", "error", "fragment", "image", "key", "math", "raster", "shadow",
-            "span", "text", "texture", "trace", "visible", "watch",
+            "cache", "camera", "color", "error", "fragment", "image", "key", "math", "raster",
+            "shadow", "span", "text", "texture", "trace", "visible", "watch",
         ],
     ),
     (

@@ -194,6 +194,9 @@ pub(crate) struct Measure {
     /// The picture. Default: the only one that the graph writes.
     #[arg(short = 'w', long = "write", value_name = "NODE")]
     pub(crate) write: Option<String>,
+    /// The frame. Default: the first that the graph names, or 1.
+    #[arg(short = 'F', long, value_name = "FRAME", allow_hyphen_values = true)]
+    pub(crate) frame: Option<Frames>,
     /// Solve visibility at this size.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,

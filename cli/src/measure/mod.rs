@@ -61,11 +61,11 @@ fn measure(registry: &Registry, args: &Measure) -> Result<(), u8> {
         print::error("-: a graph that is measured is read many times: name its file");
         return Err(exit::USAGE);
     }
-    let node = picture(registry, args)?;
+    let (node, frame) = picture(registry, args)?;
     let folder = std::env::temp_dir().join(format!("spandrel-measure-{}", std::process::id()));
     let measured = std::fs::create_dir_all(&folder)
         .map_err(|e| Error::output(&folder, e))
-        .and_then(|()| Runner { args, node: &node, folder: &folder }.all());
+        .and_then(|()| Runner { args, node: &node, frame, folder: &folder }.all());
     // A folder of the system's for temporary files; nothing is lost if it stays.
     let _ = std::fs::remove_dir_all(&folder);
     let done = measured.and_then(|measurement| {
@@ -78,13 +78,13 @@ fn measure(registry: &Registry, args: &Measure) -> Result<(), u8> {
     })
 }
 
-/// The picture that is measured: the one named, or the only one that is written.
-fn picture(registry: &Registry, args: &Measure) -> Result<String, u8> {
+/// The picture that is measured, the one named or the only one that is written, and the frame.
+fn picture(registry: &Registry, args: &Measure) -> Result<(String, i64), u8> {
     // What is wrong with a setting is told before hours of rendering the others.
     let known = |settings: &[Setting]| {
         let own = |setting: &&Setting| setting.node.as_deref() != Some(render::WRITER);
         let settings: Vec<Setting> = settings.iter().filter(own).cloned().collect();
-        check::read(registry, &args.graph, &settings, None)
+        check::read(registry, &args.graph, &settings, args.frame.as_ref())
     };
     combinations(&args.vary).iter().try_for_each(|settings| known(settings).map(drop))?;
     let graph = known(&args.reference)?;
@@ -92,13 +92,13 @@ fn picture(registry: &Registry, args: &Measure) -> Result<String, u8> {
         if graph.nodes().all(|known| known.id != node) {
             return Err(check::unknown("-w", node, graph.nodes().map(|known| known.id)));
         }
-        return Ok(node.clone());
+        return Ok((node.clone(), graph.first_frame()));
     }
     let written = graph.nodes().filter(|node| node.output == "File");
     let mut pictures: Vec<&str> = written.flat_map(|node| node.uses).collect();
     pictures.dedup();
     match pictures[..] {
-        [only] => Ok(only.to_owned()),
+        [only] => Ok((only.to_owned(), graph.first_frame())),
         _ => {
             print::error(format!(
                 "{} pictures are written: choose one with -w: {}",
@@ -114,6 +114,7 @@ fn picture(registry: &Registry, args: &Measure) -> Result<String, u8> {
 struct Runner<'a> {
     args: &'a Measure,
     node: &'a str,
+    frame: i64,
     folder: &'a Path,
 }
 
@@ -170,7 +171,9 @@ impl Runner<'_> {
     fn run(&self, settings: &[Setting], picture: &Path) -> Result<Ran> {
         let program = std::env::current_exe().map_err(|e| Error::file("this program", e))?;
         let mut command = Command::new(&program);
-        command.args(["render", "-q", "--stats=json", "-w", self.node, "-o"]).arg(picture);
+        // What is measured is made, and not taken from anywhere.
+        command.args(["render", "-q", "--stats=json", "--no-cache", "-F", &self.frame.to_string()]);
+        command.args(["-w", self.node, "-o"]).arg(picture);
         // Halves would round away the errors of the best settings.
         command.args(["--set", &format!("{}.bits=32", render::WRITER)]);
         for setting in settings {

@@ -205,6 +205,11 @@ impl Graph {
         &self.directory
     }
 
+    /// The first frame that it was checked for.
+    pub fn first_frame(&self) -> i64 {
+        self.first.frame as i64
+    }
+
     /// A frame as a moment, at the graph's rate.
     pub fn moment(&self, frame: f64) -> Moment {
         Moment { frame, ..self.first }
@@ -341,19 +346,13 @@ impl Check<'_> {
         draft.instances.push(Instance { raw, checked, wishes });
     }
 
-    /// Keeps of the faults behind a number those that were not told before, and says at which moment they come; returns
-    /// how many there are now.
+    /// Keeps of the faults behind a number those of which none was told before at their places, and says at which moment
+    /// they come; returns how many there are now.
     fn are_new(&mut self, before: usize, moment: Moment) -> usize {
-        let is_first = self
-            .nodes
-            .iter()
-            .all(|draft| draft.moments.first().is_none_or(|(first, _)| *first == moment));
+        let is_first = |draft: &Draft| draft.moments.first().is_none_or(|(at, _)| *at == moment);
+        let is_first = self.nodes.iter().all(is_first);
         for mut fault in self.faults.split_off(before) {
-            let is_known = |known: &Diagnostic| {
-                let same = known.message.split(" (at frame ").next() == Some(&*fault.message);
-                same && known.span == fault.span
-            };
-            if !self.faults.iter().any(is_known) {
+            if is_first || !self.faults.iter().any(|known| known.span == fault.span) {
                 if !is_first {
                     fault.message += &format!(" (at frame {})", moment.frame);
                 }

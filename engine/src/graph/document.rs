@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use super::diagnostic::Diagnostic;
 use crate::moment::{Frames, Moment};
+use crate::motion::curve::NAMED;
 use crate::text::{Index, Patch, Woven, list, nearest, offset_in_text, options, parse};
 
 /// The version of the graph format that this library reads.
@@ -129,6 +130,14 @@ impl Document {
         let parse::Parsed { value, mut faults, .. } = parse::parse(text, read);
         let index = Index::new(text);
         faults.extend(parse::doubles(&index));
+        for fault in &mut faults {
+            // A `:` behind values without names.
+            let before = &text[..text.floor_char_boundary(fault.span.start)];
+            let curve = before.rfind("Curve(").map(|at| &before[at..]);
+            if curve.is_some_and(|curve| curve.matches('(').count() > curve.matches(')').count()) {
+                fault.help = Some(NAMED.to_owned());
+            }
+        }
         let Some(Outline { version, frames, rate, parameters, nodes }) = value else {
             return Err(faults);
         };

@@ -99,7 +99,10 @@ impl Stored {
         warn: &dyn Fn(&str),
     ) {
         let (Some(bytes), Some(key)) = ((packing.pack)(value), value.key) else { return };
-        if !self.write(self.value_key(recipe, files, folder), seconds, &bytes, warn) {
+        let at = self.value_key(recipe, files, folder);
+        // What lay there was not found, or is damaged.
+        let _ = self.store.remove(at);
+        if !self.write(at, seconds, &bytes, warn) {
             return;
         }
         let seen = |path: &PathBuf| path.strip_prefix(folder).unwrap_or(path).to_owned();

@@ -37,7 +37,8 @@ struct CurveKey {
     way: Way,
 }
 
-/// `Curve([(1, 0), (24, 5, Linear), (48, 2)], between: Smooth, before: Hold, after: Cycle)`.
+/// `Curve([(1, 0), (48, 2)])`, `Curve([(1, 0), (48, 2)], Linear)`, or with all its parts named:
+/// `Curve(keys: [(1, 0), (24, 5, Linear), (48, 2)], between: Smooth, before: Hold, after: Cycle)`.
 #[derive(Debug)]
 pub(super) struct Curve {
     keys: Vec<CurveKey>,
@@ -46,6 +47,9 @@ pub(super) struct Curve {
 }
 
 const WAYS: &str = "Step, Linear, Smooth, Cubic(slope) or Cubic(slope in, slope out)";
+/// What is said of curves that have values by place and by name.
+pub(crate) const NAMED: &str =
+    "write Curve([..], Linear), or name all: Curve(keys: [..], between: Linear, after: Cycle)";
 const HOW: &str = "write Curve([(1, 0.5), (24, 2)]): frames with values";
 
 impl Curve {
@@ -56,10 +60,19 @@ impl Curve {
         let helped = |fault: Box<Diagnostic>, how: &str| Box::new(fault.help(how));
         let (mut keys, mut between) = (None, Way::Smooth);
         let (mut before, mut after) = (Beyond::Hold, Beyond::Hold);
-        for part in parts(text, &place) {
+        let all = parts(text, &place);
+        // RON has values by place or by name, not both in one.
+        if let [first, .., last] = &all[..]
+            && first.key.is_none() != last.key.is_none()
+        {
+            let fault = fault(&place, "a curve has some parts by name and some without".to_owned());
+            return Err(helped(fault, NAMED));
+        }
+        for (number, part) in all.into_iter().enumerate() {
             let (name, value) = (&part.key, part.value);
             match name.as_ref().map(|name| &text[name.clone()]) {
-                None if keys.is_none() => keys = Some(value),
+                None if number == 0 => keys = Some(value),
+                None if number == 1 => between = way(text, &value, None)?,
                 Some("keys") => keys = Some(value),
                 Some("between") => between = way(text, &value, None)?,
                 Some(side @ ("before" | "after")) => {
@@ -300,7 +313,7 @@ mod tests {
 
     #[test]
     fn ways_from_key_to_key() {
-        let keys = |way: &str| format!("Curve([(0, 0), (10, 10), (20, 0)], between: {way})");
+        let keys = |way: &str| format!("Curve([(0, 0), (10, 10), (20, 0)], {way})");
         assert_eq!(at(&keys("Step"), 9.9), 0.0);
         assert_eq!(at(&keys("Step"), 10.0), 10.0);
         assert_eq!(at(&keys("Linear"), 12.5), 7.5);
@@ -332,24 +345,26 @@ mod tests {
     #[test]
     fn beyond_the_keys() {
         let keys = |side: &str| {
-            format!("Curve([(10, 1), (20, 3)], between: Linear, before: {side}, after: {side})")
+            format!(
+                "Curve(keys: [(10, 1), (20, 3)], between: Linear, before: {side}, after: {side})"
+            )
         };
         assert_eq!((at(&keys("Hold"), 0.0), at(&keys("Hold"), 99.0)), (1.0, 3.0));
         assert_eq!((at(&keys("Linear"), 0.0), at(&keys("Linear"), 25.0)), (-1.0, 4.0));
         assert_eq!((at(&keys("Cycle"), 5.0), at(&keys("Cycle"), 25.0)), (2.0, 2.0));
         assert_eq!((at(&keys("Cycle"), 20.0), at(&keys("Cycle"), 30.0)), (3.0, 1.0));
-        assert_eq!(at("Curve([(10, 1)], before: Cycle, after: Linear)", 50.0), 1.0);
+        assert_eq!(at("Curve(keys: [(10, 1)], before: Cycle, after: Linear)", 50.0), 1.0);
     }
 
     #[test]
     fn values_of_any_form_move() {
         let step = curve(
-            "Curve([(1, [Move(0, 0, 0), TurnY(0)]), (3, [Move(4, 0, 2), TurnY(90)])], between: Linear)",
+            "Curve([(1, [Move(0, 0, 0), TurnY(0)]), (3, [Move(4, 0, 2), TurnY(90)])], Linear)",
         );
         assert_eq!(step.at(2.0), "[Move(2,0,1),TurnY(45)]");
-        let names = curve("Curve([(1, \"a.png\"), (5, \"b.png\")], between: Step)");
+        let names = curve("Curve([(1, \"a.png\"), (5, \"b.png\")], Step)");
         assert_eq!([names.at(4.9), names.at(5.0)], ["\"a.png\"", "\"b.png\""]);
-        let color = curve("Curve([(1, \"#000\"), (3, \"#fff\")], between: Linear)");
+        let color = curve("Curve([(1, \"#000\"), (3, \"#fff\")], Linear)");
         assert_eq!(color.at(2.0), "(0.5, 0.5, 0.5)");
         let vector = curve("Curve(keys: [(1, (0, 0), Cubic((1, 2))), (2, (1, 2))])");
         assert_eq!(vector.at(1.5), "(0.5,1)");
@@ -365,10 +380,11 @@ mod tests {
         assert_eq!(fault("Curve([(1, 0), (2, (2, 3, 4))])").0, "(2, (2, 3, 4))");
         assert_eq!(fault("Curve([(1, 0), (x, 2)])").0, "x");
         assert_eq!(fault("Curve([(1, 0, Fast)])").0, "Fast");
-        assert_eq!(fault("Curve([(1, 0)], after: Loop)").0, "Loop");
-        assert_eq!(fault("Curve([(1, 0)], befor: Hold)").0, "befor");
+        assert_eq!(fault("Curve(keys: [(1, 0)], after: Loop)").0, "Loop");
+        assert_eq!(fault("Curve(keys: [(1, 0)], befor: Hold)").0, "befor");
         assert_eq!(fault("Curve([(1, 0, Cubic((1, 2)))])").0, "Cubic((1, 2))");
         assert_eq!(fault("Curve([])").0, "[]");
+        assert!(fault("Curve([(1, 0)], after: Hold)").1.contains("by name"));
         assert!(fault("Curve()").1.contains("needs its keys"));
         assert!(fault("Curve([(1, true), (2, false)])").1.contains("another form"));
         assert!(fault("Curve([(1, 1e999)])").1.contains("finite"));

@@ -4,7 +4,7 @@
 //! in the text, and the text is read as if a person had written it.
 //!
 //! ```ron
-//! "car":   Transform(image: "cars", shift: Curve([(1, (0, 0)), (48, (120, 0))], between: Linear)),
+//! "car":   Transform(image: "cars", shift: Curve([(1, (0, 0)), (48, (120, 0))], Linear)),
 //! "sun":   ParallelLight(direction: (-1, -2, 0), illuminance: Expr("2 + sin(time)")),
 //! "fog":   Fog(image: "lit", density: Ref("haze"), color: Ref("sky.color")),
 //! ```
@@ -15,7 +15,7 @@
 //!   in seconds, the graph's parameters by name and other nodes' fields as `node.field`.
 //! - A **reference** is the value of a parameter, or of another node's field, of any type.
 
-mod curve;
+pub(crate) mod curve;
 mod form;
 mod sequence;
 

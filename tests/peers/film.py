@@ -1,0 +1,170 @@
+"""What a film costs, and whether a cache can be trusted.
+
+    python film.py SPANDREL sheet OUT.png       frames of graphs/cg_town.ron on one sheet (needs Pillow)
+    python film.py SPANDREL times               48 frames at once and one by one, without and with a cache
+    python film.py SPANDREL memory OUT.svg      memory of a film of a thousand frames, frame by frame
+    python film.py SPANDREL crowd [SECONDS]     16 processes on one cache, killed at random
+    python film.py SPANDREL blur                motion blur at 4 to 32 moments against 64 (needs OpenEXR)
+
+SPANDREL is the program, built with --release. Everything is written to a folder of its own.
+"""
+
+import hashlib
+import json
+import os
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+TOWN = Path(__file__).resolve().parents[2] / "graphs" / "cg_town.ron"
+
+
+def run(arguments, **more):
+    """Runs a program that must succeed; returns its seconds."""
+    clock = time.monotonic()
+    subprocess.run([str(a) for a in arguments], check=True, **more)
+    return time.monotonic() - clock
+
+
+def sheet(spandrel, out):
+    from PIL import Image
+
+    with tempfile.TemporaryDirectory() as folder:
+        frames = [1, 8, 15, 22, 28, 34, 41, 48]
+        run([spandrel, "render", TOWN, "-q", "-F", ",".join(map(str, frames)), "-o", f"{folder}/f.####.png"])
+        pictures = [Image.open(f"{folder}/f.{frame:04}.png").convert("RGB") for frame in frames]
+        width, height = pictures[0].size
+        made = Image.new("RGB", (4 * width + 15, 2 * height + 5), "white")
+        for i, picture in enumerate(pictures):
+            made.paste(picture, ((i % 4) * (width + 5), (i // 4) * (height + 5)))
+        made.resize((made.width // 2, made.height // 2), Image.LANCZOS).save(out)
+
+
+def times(spandrel):
+    with tempfile.TemporaryDirectory() as folder:
+        def film(*more):
+            return run([spandrel, "render", TOWN, "-q", "-F", "1-48", "-o", f"{folder}/f.####.png", *more])
+
+        at_once = film()
+        alone = 0.0
+        for frame in range(1, 49):
+            alone += run([spandrel, "render", TOWN, "-q", "-F", frame, "-o", f"{folder}/g.####.png"])
+        for frame in range(1, 49):
+            a, b = (Path(f"{folder}/{name}.{frame:04}.png").read_bytes() for name in "fg")
+            assert a == b, f"frame {frame} differs"
+        cold = film("--cache", f"{folder}/cache")
+        warm = film("--cache", f"{folder}/cache")
+        print(f"48 frames at once {at_once:.1f} s, one by one {alone:.1f} s, the same bytes")
+        print(f"with a cache: cold {cold:.1f} s, from it {warm:.1f} s")
+        for lines in ["Sampled(1, Box)", "Sampled(3, Trapezoid)", "Sloped(8)"]:
+            print(f"{lines}: {film('--set', f'lines={lines}'):.1f} s")
+
+
+def memory(spandrel, out):
+    with tempfile.TemporaryDirectory() as folder:
+        command = [spandrel, "render", TOWN, "-q", "--json", "-F", "1-1000", "--size", "160x90", "--memory", "1G",
+                   "-o", f"{folder}/f.####.png"]
+        process = subprocess.Popen([str(a) for a in command], stdout=subprocess.PIPE, text=True)
+        held = []
+        for line in process.stdout:
+            if json.loads(line)["event"] != "frame":
+                continue
+            status = Path(f"/proc/{process.pid}/status").read_text()
+            held.append(int(status.split("VmRSS:")[1].split()[0]) / 1024)
+        assert process.wait() == 0
+    tenth, most = held[9], max(held[10:])
+    print(f"{len(held)} frames: {tenth:.0f} MiB after the tenth, {most:.0f} MiB at most after it, {held[-1]:.0f} at the end")
+    width, height, top = 800, 240, 1.2 * max(held)
+    points = " ".join(f"{40 + 740 * i / len(held):.1f},{height - 30 - 190 * mib / top:.1f}" for i, mib in enumerate(held))
+    labels = "".join(
+        f'<text x="{40 + 740 * frame / len(held):.0f}" y="{height - 12}" text-anchor="middle">{frame}</text>'
+        for frame in range(0, len(held) + 1, 200)
+    )
+    Path(out).write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif" '
+        f'font-size="12"><rect width="100%" height="100%" fill="white"/>'
+        f'<path d="M40 20V{height - 30}H780" fill="none" stroke="#888"/>'
+        f'<polyline points="{points}" fill="none" stroke="#2d5fa6" stroke-width="1.5"/>{labels}'
+        f'<text x="46" y="26">resident memory in MiB, {max(held):.0f} at most, over frames</text></svg>\n'
+    )
+
+
+def crowd(spandrel, seconds):
+    """Processes that share a cache, some of which are killed: every picture that is whole is right."""
+    limit = 8 << 20
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        graph = ["render", str(TOWN), "-q", "--size", "120x68", "-j", "1"]
+        hash_of = lambda path: hashlib.sha256(path.read_bytes()).hexdigest()
+        run([spandrel, *graph, "-F", "1-24", "-o", folder / "right.####.png"])
+        right = {frame: hash_of(folder / f"right.{frame:04}.png") for frame in range(1, 25)}
+        cache = folder / "cache"
+        busy, done, killed, most = [], 0, 0, 0
+        end = time.monotonic() + seconds
+        number = 0
+        while time.monotonic() < end or busy:
+            while len(busy) < 16 and time.monotonic() < end:
+                first = random.randint(1, 22)
+                name = folder / f"p{number}"
+                number += 1
+                command = [spandrel, *graph, "-F", f"{first}-{first + 2}", "--cache", cache, "--cache-size", str(limit),
+                           "-o", f"{name}.####.png"]
+                doom = time.monotonic() + random.uniform(0.1, 4) if random.random() < 0.4 else None
+                process = subprocess.Popen([str(a) for a in command], stderr=subprocess.PIPE, text=True)
+                busy.append((process, name, first, doom))
+            for entry in list(busy):
+                process, name, first, doom = entry
+                if process.poll() is None:
+                    if doom and time.monotonic() > doom:
+                        process.kill()
+                    continue
+                busy.remove(entry)
+                said = process.stderr.read()
+                if process.returncode == 0:
+                    done += 1
+                    assert said == "", said
+                else:
+                    assert process.returncode == -9, said
+                    killed += 1
+                for frame in range(first, first + 3):
+                    file = Path(f"{name}.{frame:04}.png")
+                    if file.exists():
+                        assert hash_of(file) == right[frame], f"{file} is wrong"
+                        file.unlink()
+            stats = cache.exists() and sum(file.stat().st_size for file in cache.rglob("*") if file.is_file())
+            most = max(most, stats or 0)
+            time.sleep(0.05)
+        # Whoever comes after finds no lock that nobody holds.
+        after = run([spandrel, *graph, "-F", "1-24", "--cache", cache, "--cache-size", str(limit), "-o", folder / "last.####.png"])
+        assert all(hash_of(folder / f"last.{frame:04}.png") == right[frame] for frame in right)
+        print(f"{done} renders ended, {killed} were killed; every picture right")
+        print(f"the cache held {most / limit:.2f} of its limit at most; a render after it took {after:.1f} s")
+
+
+def blur(spandrel):
+    import numpy
+    import OpenEXR
+
+    with tempfile.TemporaryDirectory() as folder:
+        pictures, seconds = {}, {}
+        for samples in [1, 4, 8, 16, 32, 64]:
+            file = f"{folder}/{samples}.exr"
+            seconds[samples] = run([spandrel, "render", TOWN, "-q", "-F", "24", "-w", "picture", "-o", file, "--set",
+                                    "picture.shutter=(-0.5,0.5)", "--set", f"picture.samples={samples}"])
+            part = OpenEXR.File(file).channels()
+            pictures[samples] = part["RGBA" if "RGBA" in part else "RGB"].pixels[..., :3].astype(float)
+        for samples in [1, 4, 8, 16, 32]:
+            error = numpy.sqrt(((pictures[samples] - pictures[64]) ** 2).mean())
+            print(f"{samples} moments: {seconds[samples]:.2f} s, error {error:.5f}")
+        print(f"64 moments: {seconds[64]:.2f} s")
+
+
+if __name__ == "__main__":
+    commands = {"sheet": sheet, "times": times, "memory": memory, "crowd": crowd, "blur": blur}
+    if len(sys.argv) < 3 or sys.argv[2] not in commands:
+        sys.exit(__doc__)
+    rest = sys.argv[3:] or (["300"] if sys.argv[2] == "crowd" else [])
+    commands[sys.argv[2]](os.path.abspath(sys.argv[1]), *[float(a) if sys.argv[2] == "crowd" else a for a in rest])
