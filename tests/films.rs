@@ -101,7 +101,7 @@ fn a_frame_is_the_graph_that_somebody_would_have_written_for_it() {
     for eye in moving {
         let text = format!(
             "Graph(parameters: {{\"place\": Number(default: Curve([(1, 0), (5, 2)], Linear))}},
-             nodes: {{{}, \"other\": Camera(position: (0, Expr(\"frame / 2 - 0.5\"), 0))}})",
+             nodes: {{{}, \"other\": Camera(position: (0, Expr(\"frame / 2 - 0.5\"), 5))}})",
             nodes(eye, "").trim().trim_end_matches(',')
         );
         let film = graph(scratch.path(), &text, "1-5");

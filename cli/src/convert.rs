@@ -38,6 +38,10 @@ fn convert(args: &Convert) -> Result<u64> {
     output::check(to)?;
     let reading = read::document(&args.from, &ReadOptions::default())?;
     reading.notes.iter().for_each(print::warning);
+    if read::moves(&args.from)? {
+        let from = args.from.display();
+        print::warning(format!("{from} moves: {} holds what it is at frame 1", to.display()));
+    }
     let mut document = Document::clone(&reading.document);
     Move { from: folder(&args.from), to, copies: args.copy_pictures, copied: BTreeMap::new() }
         .files(&mut document)?;

@@ -181,7 +181,8 @@ impl<'a> Film<'a> {
                 let error = failure.to_string();
                 self.tell(&json!({ "event": "failed", "frame": frame, "error": error }));
                 let code = self.fail((count > 1).then_some(frame), &failure);
-                if !args.keep_going || matches!(failure.error, spandrel_engine::Error::Cancelled) {
+                let is_over = !args.keep_going || count == 1;
+                if is_over || matches!(failure.error, spandrel_engine::Error::Cancelled) {
                     return Err(code);
                 }
                 failed.push(frame);
@@ -211,13 +212,8 @@ impl<'a> Film<'a> {
             let most = (cache().report().most_used / shots.len()).max(1);
             step = (cache().limit() / most).clamp(1, rayon::current_num_threads());
         }
-        let lost = failed.len();
         self.tell(&json!({ "event": "ended", "frames": count, "failed": failed }));
-        match lost {
-            // One that fails alone is told as ever.
-            _ if lost == count && count == 1 => Err(exit::FAILED),
-            _ => Ok(failed),
-        }
+        Ok(failed)
     }
 
     /// Notes and tells what was written.

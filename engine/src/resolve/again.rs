@@ -11,6 +11,7 @@ use std::sync::{Arc, OnceLock};
 use super::paint::Tally;
 use super::rule::{Framing, Rule};
 use crate::cache::{Shelf, cache};
+use crate::camera::{Plane, View};
 use crate::fragment::{Shading, Stage, World};
 use crate::image::{Channel, Samples};
 use crate::key::Key;
@@ -178,9 +179,9 @@ impl Matched {
     /// Whether a shadow of something that moved may fall on what is seen on lines.
     fn is_reached(&self, image: &SpanImage, lines: std::ops::Range<u32>) -> bool {
         let raster = image.view().raster();
-        // As far as a fragment may lie from the line and the cells on which it was found.
-        let (beside, above) = (1.0, 1.0);
         let mut seen: Vec<Option<[DVec3; 2]>> = vec![None; self.moved.len()];
+        // Each face has many spans.
+        let mut extents: HashMap<FaceId, Extent> = HashMap::new();
         for k in lines {
             let y = image.y(k);
             let line = image.lines().line(k);
@@ -193,17 +194,12 @@ impl Matched {
                 if self.moved[source].is_empty() {
                     continue;
                 }
-                let plane = image.sources()[source].faces.faces()[place].plane;
-                let (left, right) = (raster.pixels(start) - beside, raster.pixels(end) + beside);
-                for (x, y) in
-                    [(left, y - above), (right, y - above), (left, y + above), (right, y + above)]
-                {
-                    let rho = plane.depth(x, y);
-                    let point = image.view().world_point(x, y, rho);
-                    // Seen up to where it has no end.
-                    if !point.is_finite() || (!image.view().is_parallel() && rho <= 0.0) {
-                        return true;
-                    }
+                let extent = extents
+                    .entry(face)
+                    .or_insert_with(|| Extent::of(&image.sources()[source], place));
+                let part = [raster.pixels(start), raster.pixels(end)];
+                let Some(points) = extent.around(image.view(), part, y) else { return true };
+                for point in points {
                     let [low, high] = seen[source].get_or_insert([point, point]);
                     (*low, *high) = (low.min(point), high.max(point));
                 }
@@ -213,6 +209,51 @@ impl Matched {
         all.any(|(seen, moved)| {
             seen.is_some_and(|seen| moved.iter().any(|caster| caster.may_shade(seen)))
         })
+    }
+}
+
+/// Where a face lies on the screen, and how deep.
+struct Extent {
+    plane: Plane,
+    x: [f64; 2],
+    y: [f64; 2],
+    rho: [f64; 2],
+}
+
+impl Extent {
+    fn of(source: &Source, place: usize) -> Extent {
+        let face = &source.faces.faces()[place];
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        let mut extent = Extent { plane: face.plane, x: none, y: none, rho: none };
+        let join = |range: &mut [f64; 2], value: f64| {
+            *range = [range[0].min(value), range[1].max(value)];
+        };
+        for point in source.faces.outline(face).points() {
+            join(&mut extent.x, point.x);
+            join(&mut extent.y, point.y);
+            join(&mut extent.rho, face.plane.depth(point.x, point.y));
+        }
+        extent
+    }
+
+    /// Points of the world around what may be seen of the face near a part of a line; `None` if that has no end.
+    fn around(&self, view: &View, part: [f64; 2], y: f64) -> Option<[DVec3; 8]> {
+        // A fragment lies within a pixel and a row of the cells and the line on which it was found, and within its face.
+        let within = |value: f64, [low, high]: [f64; 2]| value.max(low).min(high);
+        let x = [part[0] - 1.0, part[1] + 1.0].map(|x| within(x, self.x));
+        let y = [y - 1.0, y + 1.0].map(|y| within(y, self.y));
+        let corners = [(x[0], y[0]), (x[1], y[0]), (x[0], y[1]), (x[1], y[1])];
+        let depths = corners.map(|(x, y)| within(self.plane.depth(x, y), self.rho));
+        let least = depths.into_iter().fold(f64::INFINITY, f64::min);
+        let most = depths.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        // Each corner at both depths: whatever lies between is in the box around them.
+        let points = std::array::from_fn(|i| {
+            let (x, y) = corners[i % 4];
+            view.world_point(x, y, if i < 4 { least } else { most })
+        });
+        let has_end = (view.is_parallel() || least > 0.0)
+            && points.iter().all(|point: &DVec3| point.is_finite());
+        has_end.then_some(points)
     }
 }
 

@@ -230,6 +230,9 @@ fn contents(
         Format::CityGml => (citygml::read(reader, text.as_bytes(), options)?, city),
         Format::Text => {
             let moment = options.moment.unwrap_or_default();
+            if options.moment.is_none() && text::moves(bytes).0 {
+                reader.about.push("it moves in time; this is frame 1".to_owned());
+            }
             (text::parse_at(&reader.path, text.as_bytes(), moment)?, METRES)
         }
         Format::Binary => (binary::parse(&reader.path, bytes)?, METRES),
