@@ -566,3 +566,49 @@ fn the_town_solves_at_each_frame_what_moves() {
         last = Some(image);
     }
 }
+
+/// The job has what the Open Job Description asks for: checked and run by its own program, `openjd`, by hand.
+#[test]
+fn a_film_becomes_a_job() {
+    let scratch = folder("films-job");
+    let text = format!("Graph(frames: \"1-5\", nodes: {{{}}})", nodes("Expr(\"frame\")", ""));
+    std::fs::write(scratch.path().join("g.ron"), text).unwrap();
+    let more = [
+        "--chunk",
+        "2",
+        "-j",
+        "3",
+        "--memory",
+        "2G",
+        "--cache",
+        "/shared",
+        "--set",
+        "still.front=0.2",
+    ];
+    let ran = program(scratch.path(), &[&["submit", "g.ron"], &more[..]].concat());
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let job: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    assert_eq!(job["specificationVersion"], "jobtemplate-2023-09");
+    let step = &job["steps"][0];
+    let frames = &step["parameterSpace"]["taskParameterDefinitions"][0]["range"];
+    assert_eq!(*frames, serde_json::json!(["1-2", "3-4", "5"]));
+    let arguments = step["script"]["actions"]["onRun"]["args"].as_array().unwrap();
+    let arguments: Vec<&str> =
+        arguments.iter().map(|argument| argument.as_str().unwrap()).collect();
+    assert_eq!(
+        arguments.join(" "),
+        "render {{Param.Graph}} -F {{Task.Param.Frames}} --keep-going -j 3 --memory 2048M --cache {{Param.Cache}} --set still.front=0.2"
+    );
+    let amounts = &step["hostRequirements"]["amounts"];
+    assert_eq!((&amounts[0]["min"], &amounts[1]["min"]), (&3.into(), &3072.into()));
+    // A path must be one below the template's folder.
+    assert_eq!(job["parameterDefinitions"][0]["default"], "g.ron");
+    let ran = program(scratch.path(), &["submit", "g.ron", "-o", "jobs/g.json"]);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let job = std::fs::read_to_string(scratch.path().join("jobs/g.json")).unwrap();
+    let job: serde_json::Value = serde_json::from_str(&job).unwrap();
+    assert_eq!(job["parameterDefinitions"][0]["type"], "STRING");
+    let ran = program(scratch.path(), &["submit", "g.ron", "-F", "1-2000", "--chunk", "1"]);
+    assert_eq!(ran.code, Some(2), "{ran:?}");
+    assert!(ran.err.contains("--chunk 2"), "{ran:?}");
+}

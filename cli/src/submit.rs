@@ -61,16 +61,22 @@ fn submit(registry: &Registry, args: &Submit) -> Result<(), u8> {
 const MOST_TASKS: usize = 1024;
 
 fn template(args: &Submit, tasks: &[String]) -> Json {
-    let absolute = |path: &Path| {
-        std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    let text = |name: &str, value: &str, what: &str| json!({ "name": name, "type": "STRING", "default": value, "description": what });
+    // Paths of a template are found from its folder, and lie in it; others are texts.
+    let folder = args.output.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+    let (path, folder) = (absolute(&args.graph), absolute(&folder.join(".")));
+    let what = "The graph; its other files are found from its folder";
+    let graph = match path.strip_prefix(&folder) {
+        Ok(within) => {
+            json!({ "name": "Graph", "type": "PATH", "objectType": "FILE", "dataFlow": "IN",
+            "default": within.display().to_string(), "description": what })
+        }
+        Err(_) => text("Graph", &path.display().to_string(), what),
     };
     let name = args.graph.file_stem().map_or("graph".into(), |stem| stem.to_string_lossy());
-    let mut parameters = vec![
-        json!({ "name": "Graph", "type": "PATH", "objectType": "FILE", "dataFlow": "IN",
-            "default": absolute(&args.graph), "description": "The graph; its other files are found from its folder" }),
-        json!({ "name": "Program", "type": "STRING", "default": "spandrel",
-            "description": "The program on the machines of the farm" }),
-    ];
+    let program = text("Program", "spandrel", "The program on the machines of the farm");
+    let mut parameters = vec![graph, program];
     let mut arguments =
         vec!["render", "{{Param.Graph}}", "-F", "{{Task.Param.Frames}}", "--keep-going"];
     let (jobs, memory) = (
@@ -84,17 +90,14 @@ fn template(args: &Submit, tasks: &[String]) -> Json {
         arguments.extend(["--memory", memory]);
     }
     if let Some(cache) = &args.cache {
-        parameters.push(
-            json!({ "name": "Cache", "type": "PATH", "objectType": "DIRECTORY", "dataFlow": "NONE",
-            "default": absolute(cache), "description": "Results that all machines share" }),
-        );
+        let folder = absolute(cache).display().to_string();
+        parameters.push(text("Cache", &folder, "A folder for results that all machines share"));
         arguments.extend(["--cache", "{{Param.Cache}}"]);
     }
     let settings: Vec<String> = args.set.iter().map(|setting| setting.to_string()).collect();
     for setting in &settings {
         arguments.extend(["--set", setting]);
     }
-    // Braces of a setting are not the template's.
     let arguments: Vec<String> = arguments.into_iter().map(str::to_owned).collect();
     let mut step = json!({
         "name": "Render",
