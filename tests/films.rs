@@ -612,3 +612,33 @@ fn a_film_becomes_a_job() {
     assert_eq!(ran.code, Some(2), "{ran:?}");
     assert!(ran.err.contains("--chunk 2"), "{ran:?}");
 }
+
+/// Values that name each other many times over are looked up once, and none grows without end.
+#[test]
+fn values_of_values_of_values_end() {
+    let scratch = folder("films-deep");
+    let check = |parameters: Vec<String>, eye: &str| {
+        let text = format!(
+            "Graph(parameters: {{{}}}, nodes: {{{}}})",
+            parameters.join(", "),
+            nodes(eye, "")
+        );
+        faults(scratch.path(), &text, "1-3")
+    };
+    let sums = (2..80)
+        .map(|i| format!("\"p{i}\": Number(default: Expr(\"(p{} + p{}) / 2\"))", i - 1, i - 2));
+    let first = [
+        "\"p0\": Number(default: 1)".to_owned(),
+        "\"p1\": Number(default: Expr(\"frame\"))".to_owned(),
+    ];
+    assert_eq!(check(first.into_iter().chain(sums).collect(), "Ref(\"p79\")"), []);
+    let lists = (1..40)
+        .map(|i| format!("\"l{i}\": Value(default: [Ref(\"l{}\"), Ref(\"l{}\")])", i - 1, i - 1));
+    let first = ["\"l0\": Value(default: [1, 2, 3])".to_owned()];
+    let found = check(first.into_iter().chain(lists).collect(), "0");
+    assert!(
+        found.iter().any(|(message, _)| message.contains("longer than")),
+        "{:?}",
+        found.first()
+    );
+}

@@ -48,7 +48,7 @@ impl Default for Moment {
 }
 
 /// The most frames of a list: a slip of a finger must not fill a disk.
-const MOST: u64 = 1_000_000;
+const MOST: u64 = 100_000;
 
 /// Frames in the order in which they are made, each once.
 ///

@@ -115,7 +115,7 @@ impl Graph {
         let (film, faults) = Film::new(document, registry);
         let nodes = document.nodes.iter().map(|raw| {
             let kind = registry.kind(&raw.kind).cloned();
-            Draft { id: raw.id.clone(), kind, instances: Vec::new(), moments: Vec::new() }
+            Draft { id: raw.id.clone(), kind, ..Draft::default() }
         });
         let nodes = nodes.collect();
         let mut check = Check { document: &document.nodes, registry, directory, nodes, faults };
@@ -252,7 +252,11 @@ impl Graph {
                 moment.frame
             ))
         })?;
-        Ok(others().entry(frame).or_insert(Arc::new(checked)).clone())
+        let mut others = others();
+        if others.len() >= MOST_KEPT {
+            others.clear();
+        }
+        Ok(others.entry(frame).or_insert(Arc::new(checked)).clone())
     }
 
     /// The place of a node.
@@ -273,8 +277,9 @@ impl GraphNode {
         let Draft { id, instances, moments, .. } = draft;
         let checked: Vec<Arc<Checked>> =
             instances.into_iter().map(|made| Arc::new(made.checked)).collect();
-        let others =
-            moments.iter().map(|(moment, at)| (moment.frame.to_bits(), checked[*at].clone()));
+        // Those of a long film are made again when their frames come.
+        let few = moments.into_iter().take(MOST_KEPT);
+        let others = few.map(|(frame, at)| (frame, checked[at].clone()));
         let others = Mutex::new(others.collect());
         let first = checked[0].clone();
         GraphNode { id, kind: first.kind.clone(), varies, first, others }
@@ -299,28 +304,35 @@ struct Check<'a> {
     faults: Vec<Diagnostic>,
 }
 
+/// The most moments at which a node is kept ready.
+const MOST_KEPT: usize = 64;
+
 /// A node that is being checked.
+#[derive(Default)]
 struct Draft {
     id: String,
     kind: Option<Arc<Kind>>,
     /// As it is at the moments that were asked for, each text once.
     instances: Vec<Instance>,
-    /// Which of them it is at which moment.
-    moments: Vec<(Moment, usize)>,
+    /// By their texts.
+    texts: HashMap<String, usize>,
+    /// Which of them it is at which moment, by its frame.
+    moments: HashMap<u64, usize>,
 }
 
 /// A node at a moment that is being checked.
 struct Instance {
     raw: RawNode,
     checked: Checked,
+    /// The first moment at which it is so.
+    moment: Moment,
     wishes: Vec<Wish>,
 }
 
 impl Draft {
     /// The node at a moment; one that does not change in time is what it was at the first.
     fn at(&self, moment: Moment) -> Option<&Instance> {
-        let known = self.moments.iter().find(|(known, _)| *known == moment);
-        self.instances.get(known.or(self.moments.first()).map_or(0, |(_, at)| *at))
+        self.instances.get(self.moments.get(&moment.frame.to_bits()).copied().unwrap_or(0))
     }
 }
 
@@ -331,10 +343,11 @@ impl Check<'_> {
             Ok(raw) => raw.into_owned(),
             Err(faults) => return self.faults.extend(faults),
         };
-        let is_same = |made: &Instance| made.raw.text.text() == raw.text.text();
         let draft = &mut self.nodes[at];
-        if let Some(same) = draft.instances.iter().position(is_same) {
-            return draft.moments.push((moment, same));
+        let frame = moment.frame.to_bits();
+        if let Some(same) = draft.texts.get(raw.text.text()).copied() {
+            draft.moments.insert(frame, same);
+            return;
         }
         let Some(kind) = draft.kind.clone() else {
             let fault = self.unknown(&raw);
@@ -342,14 +355,16 @@ impl Check<'_> {
         };
         let Some((checked, wishes)) = self.node(&raw, kind) else { return };
         let draft = &mut self.nodes[at];
-        draft.moments.push((moment, draft.instances.len()));
-        draft.instances.push(Instance { raw, checked, wishes });
+        draft.moments.insert(frame, draft.instances.len());
+        draft.texts.insert(raw.text.text().to_owned(), draft.instances.len());
+        draft.instances.push(Instance { raw, checked, moment, wishes });
     }
 
     /// Keeps of the faults behind a number those of which none was told before at their places, and says at which moment
     /// they come; returns how many there are now.
     fn are_new(&mut self, before: usize, moment: Moment) -> usize {
-        let is_first = |draft: &Draft| draft.moments.first().is_none_or(|(at, _)| *at == moment);
+        let is_first =
+            |draft: &Draft| draft.instances.first().is_none_or(|made| made.moment == moment);
         let is_first = self.nodes.iter().all(is_first);
         for mut fault in self.faults.split_off(before) {
             if is_first || !self.faults.iter().any(|known| known.span == fault.span) {
@@ -432,9 +447,8 @@ impl Check<'_> {
                     wishes.iter().filter_map(|wish| self.linked(at, which, wish, &known, names));
                 let links: Vec<usize> = links.collect();
                 self.nodes[at].instances[which].checked.links = links;
-                let number = self.nodes[at].moments.iter().find(|(_, of)| *of == which);
-                if let Some((moment, _)) = number.filter(|_| which > 0) {
-                    self.are_new(before, *moment);
+                if which > 0 {
+                    self.are_new(before, self.nodes[at].instances[which].moment);
                 }
             }
         }
@@ -456,7 +470,7 @@ impl Check<'_> {
             return None;
         }
         if !names.contains_key(&wish.target) && is_file(&wish.target) {
-            self.read(wish, span.clone(), names);
+            self.read(wish, (at, which), span.clone(), names);
         }
         let Some(target) = names.get(&wish.target).copied() else {
             if !known.contains(wish.target.as_str()) && !is_file(&wish.target) {
@@ -504,6 +518,7 @@ impl Check<'_> {
     fn read(
         &mut self,
         wish: &Wish,
+        (at, which): (usize, usize),
         span: std::ops::Range<usize>,
         names: &mut HashMap<String, usize>,
     ) {
@@ -545,8 +560,9 @@ impl Check<'_> {
             writes,
             links,
         };
-        let instances = vec![Instance { raw, checked, wishes: Vec::new() }];
-        self.nodes.push(Draft { id, kind: Some(kind), instances, moments: Vec::new() });
+        let moment = self.nodes[at].instances[which].moment;
+        let instances = vec![Instance { raw, checked, moment, wishes: Vec::new() }];
+        self.nodes.push(Draft { id, kind: Some(kind), instances, ..Draft::default() });
     }
 
     /// Reports nodes that write one file, or would overwrite a file that they are made from, at a moment.

@@ -1,6 +1,7 @@
 //! A document in time: what its nodes and parameters say at a moment.
 
 use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use super::diagnostic::{Diagnostic, list, nearest};
@@ -68,7 +69,8 @@ impl Film {
             }
         }
         for i in 0..film.nodes.len() {
-            film.nodes[i].varies = film.part_varies(&film.nodes[i], &film.nodes[i].whole(), 0);
+            film.nodes[i].varies =
+                film.part_varies(&film.nodes[i], &film.nodes[i].whole(), &mut HashSet::new());
         }
         (film, faults)
     }
@@ -78,18 +80,20 @@ impl Film {
         self.nodes.get(node).is_some_and(|entry| entry.varies)
     }
 
-    fn part_varies(&self, entry: &Entry, part: &Range<usize>, depth: usize) -> bool {
-        // What leads back to itself is told where it is looked up.
-        if depth > self.nodes.len() + self.parameters.len() {
-            return false;
-        }
+    /// Whether a part of an entry is another at another frame; names that were looked at are not looked at again.
+    fn part_varies<'a>(
+        &'a self,
+        entry: &'a Entry,
+        part: &Range<usize>,
+        seen: &mut HashSet<&'a str>,
+    ) -> bool {
         entry.motion.depends_on_frame(part)
             || entry.motion.names(part).into_iter().any(|name| {
-                let found = self.find(name).ok();
+                let found = self.find(name).ok().filter(|_| seen.insert(name));
                 let found = found.and_then(|(entry, field)| {
                     Some((entry, field_span(entry.raw.text.text(), field)?))
                 });
-                found.is_some_and(|(entry, part)| self.part_varies(entry, &part, depth + 1))
+                found.is_some_and(|(entry, part)| self.part_varies(entry, &part, seen))
             })
     }
 
@@ -142,7 +146,7 @@ impl Film {
         if entry.motion.is_empty() {
             return Ok(Cow::Borrowed(&entry.raw));
         }
-        let mut names = Lookup { film: self, moment, open: Vec::new() };
+        let mut names = Lookup { film: self, moment, open: Vec::new(), known: HashMap::new() };
         let text = entry.motion.at(&entry.raw.text, moment, &mut names)?;
         Ok(Cow::Owned(entry.raw.with(text)))
     }
@@ -166,7 +170,9 @@ impl Film {
 
     /// Whether a parameter is another at another frame.
     pub(super) fn some_parameter_varies(&self) -> bool {
-        self.parameters.iter().any(|entry| self.part_varies(entry, &entry.whole(), 0))
+        self.parameters
+            .iter()
+            .any(|entry| self.part_varies(entry, &entry.whole(), &mut HashSet::new()))
     }
 }
 
@@ -176,7 +182,12 @@ struct Lookup<'f> {
     moment: Moment,
     /// The names that are being looked up, one because of another.
     open: Vec<String>,
+    /// What was looked up.
+    known: HashMap<String, String>,
 }
+
+/// The longest text that a value may become, in bytes: references to lists of references grow fast.
+const LONGEST: usize = 1 << 20;
 
 impl Names for Lookup<'_> {
     fn parameters(&self) -> Vec<&str> {
@@ -184,6 +195,9 @@ impl Names for Lookup<'_> {
     }
 
     fn text(&mut self, name: &str) -> Result<String, String> {
+        if let Some(known) = self.known.get(name) {
+            return Ok(known.clone());
+        }
         if let Some(at) = self.open.iter().position(|open| open == name) {
             let way = self.open[at..].join("\" uses \"");
             return Err(format!("values use each other in a circle: \"{way}\" uses \"{name}\""));
@@ -211,6 +225,11 @@ impl Names for Lookup<'_> {
         self.open.push(name.to_owned());
         let made = entry.motion.part_at(text, part, self.moment, self);
         self.open.pop();
-        made
+        let made = made?;
+        if made.len() > LONGEST {
+            return Err(format!("\"{name}\" becomes longer than {LONGEST} bytes"));
+        }
+        self.known.insert(name.to_owned(), made.clone());
+        Ok(made)
     }
 }
