@@ -224,7 +224,7 @@ const LAYERS: [(&str, &[&str]); 35] = [
         "plugin",
         &[
             "camera", "color", "error", "fragment", "graph", "image", "key", "light", "math",
-            "open", "raster", "scene", "span", "trace", "values", "watch",
+            "moment", "open", "raster", "scene", "span", "trace", "values", "watch",
         ],
     ),
 ];

@@ -27,6 +27,11 @@
 //!   `#[typetag::serde]` stands on their `impl`. Two that are saved alike are alike.
 //! - **Long work can be stopped.** Ask [`Inputs::watch`] every few milliseconds whether it [is
 //!   stopped](Watch::is_stopped), and leave early if it is.
+//! - **Time needs nothing of a node.** Its fields may be curves and expressions; it is told what they are. A node that
+//!   reads something that moves says so by [`Node::moves`], and [`Inputs::moment`] tells it when. One that needs its
+//!   input at several moments [asks](Upstream::ask_at) for them.
+//! - **What takes long may be stored.** With [`Node::STORED`], what a node makes is kept on disk where the user wants
+//!   that; its [`Value`] says how it becomes bytes. [`Inputs::remembered`] stores a part of the work.
 //! - **Surfaces say who else may ask them.** [`Surfaces`] alone have a colour. [`Surfaces::rays`] lets them cast shadows
 //!   and be met by rays ([`RayTarget`]), [`Surfaces::pictures`] divides the reading of many pictures ([`Pictured`]),
 //!   [`Surfaces::provenance`] knows names and files ([`Provenance`]).
@@ -91,6 +96,7 @@ pub use crate::image::{Channel, Image, Samples, Window};
 pub use crate::key::Key;
 pub use crate::light::{Body, Lamp, Light, Receiver, Sample};
 pub use crate::math;
+pub use crate::moment::Moment;
 pub use crate::open::{bytes as read_bytes, text as read_text};
 pub use crate::raster::{LinePlan, Raster};
 pub use crate::scene::{Document, Material, Mesh, Object, Plan, Scene, Shape, Step, Transform};

@@ -131,6 +131,6 @@ mod tests {
         assert_eq!(shown("z:"), "z:");
         assert_eq!(shown("44"), "44");
         assert_eq!(shown(")"), ")");
-        assert_eq!(shown("1, y: 0.25"), "1, y: ");
+        assert_eq!(shown("1, y: 0.25"), "1, y: Curve(..)");
     }
 }
