@@ -9,7 +9,7 @@
 //! "fog":   Fog(image: "lit", density: Ref("haze"), color: Ref("sky.color")),
 //! ```
 //!
-//! - A **curve** has values at frames ([`curve`]). Numbers, vectors, colours, and lists of anything with numbers in it
+//! - A **curve** has values at frames. Numbers, vectors, colours, and lists of anything with numbers in it
 //!   move from key to key; what has no numbers changes in steps.
 //! - An **expression** is one of the [stream language](crate::stream), in double precision. It knows `frame`, `time`
 //!   in seconds, the graph's parameters by name and other nodes' fields as `node.field`.

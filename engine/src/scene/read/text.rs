@@ -40,7 +40,7 @@ pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
 /// Parses a scene text as it is at a moment.
 ///
 /// # Errors
-/// As [`parse`].
+/// As [`parse()`].
 pub fn parse_at(path: &Path, bytes: &[u8], moment: Moment) -> Result<Document> {
     let whole = &*open::text(path, bytes)?.text;
     let refuse = |list: Vec<Diagnostic>| {
