@@ -95,7 +95,7 @@ def memory(spandrel, out):
 
 def crowd(spandrel, seconds):
     """Processes that share a cache, some of which are killed: every picture that is whole is right."""
-    limit = 2 << 20
+    limit = 8 << 20
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         graph = ["render", str(TOWN), "-q", "--size", "120x68", "-j", "1"]
