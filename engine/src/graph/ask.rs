@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::check::Graph;
+use super::checked::Graph;
 use super::link::{Link, Slot};
 use super::stored::Stored;
 use super::value::{AnyDemand, AnyValue, Value};

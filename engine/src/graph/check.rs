@@ -4,85 +4,27 @@ use petgraph::algo::{tarjan_scc, toposort};
 use petgraph::graph::{DiGraph, NodeIndex};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use super::catalogue::{self, Leaf};
+use super::checked::{Checked, Graph, GraphNode, MOST_KEPT};
 use super::diagnostic::{Diagnostic, list, nearest};
 use super::document::{Document, RawNode, field_span};
 use super::film::Film;
 use super::link::is_file;
 use super::node::AnyNode;
-use super::parameter::ParameterInfo;
 use super::registry::{Kind, Registry};
 use crate::error::{Error, Result};
 use crate::moment::{Frames, Moment};
 use crate::text::index::{Index, Item};
 use crate::text::{meant_path, parse};
 
-/// A checked graph: every node parsed, every link resolved and of the right type, without cycles.
-pub struct Graph {
-    pub(super) nodes: Vec<GraphNode>,
-    pub(super) names: HashMap<String, usize>,
-    /// Nodes, those that use others before those that they use.
-    pub(super) order: Vec<usize>,
-    pub(super) directory: PathBuf,
-    /// The first moment that it was checked for.
-    pub(super) first: Moment,
-    parameters: Vec<ParameterInfo>,
-    film: Film,
-    registry: Registry,
-}
-
-/// A node of a graph, at all moments.
-pub(super) struct GraphNode {
-    pub(super) id: String,
-    pub(super) kind: Arc<Kind>,
-    /// Whether what it makes is another at another moment: something in it does, or in what it uses.
-    pub(super) varies: bool,
-    /// As it is at the first moment.
-    first: Arc<Checked>,
-    /// As it is at others, by their frames, if its own text is another.
-    others: Mutex<HashMap<u64, Arc<Checked>>>,
-}
-
-/// A node as it is at a moment.
-pub(super) struct Checked {
-    pub(super) id: String,
-    pub(super) kind: Arc<Kind>,
-    pub(super) node: Box<dyn AnyNode>,
-    /// What it is asked to do, whatever its inputs are called.
-    pub(super) nameless: serde_json::Value,
-    /// Whether it reads something that is another at another moment.
-    pub(super) moves: bool,
-    pub(super) files: Vec<String>,
-    /// The fields that name files which it writes, and the files.
-    writes: Vec<(String, String)>,
-    links: Vec<usize>,
-}
-
-/// A node of a graph, as others see it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NodeInfo<'g> {
-    /// Its name.
-    pub id: &'g str,
-    /// Its kind.
-    pub kind: &'g str,
-    /// The name of the type that it makes.
-    pub output: &'static str,
-    /// Whether what it makes is another at another frame.
-    pub varies: bool,
-    /// The names of the nodes that it uses.
-    pub uses: Vec<&'g str>,
-    /// The fields that name files which it writes, and the files, at the first frame.
-    pub writes: Vec<(&'g str, &'g str)>,
-}
-
 /// A link before it is resolved.
-struct Wish {
+pub(super) struct Wish {
     field: String,
-    of: String,
+    pub(super) of: String,
     reader: Option<String>,
-    target: String,
+    pub(super) target: String,
 }
 
 impl Graph {
@@ -162,7 +104,10 @@ impl Graph {
         let mut nodes: Vec<GraphNode> = nodes
             .into_iter()
             .enumerate()
-            .map(|(i, draft)| GraphNode::new(varies(i, &draft), draft))
+            .map(|(i, draft)| {
+                let varies = varies(i, &draft);
+                draft.finished(varies)
+            })
             .collect();
         // Users stand before what they use.
         for at in order.iter().rev() {
@@ -173,123 +118,23 @@ impl Graph {
         let (directory, registry) = (directory.to_owned(), registry.clone());
         Ok(Graph { nodes, names, order, directory, first, parameters, film, registry })
     }
-
-    /// The nodes in the order of the document, files that links name after them.
-    pub fn nodes(&self) -> impl Iterator<Item = NodeInfo<'_>> {
-        self.nodes.iter().map(|node| NodeInfo {
-            id: &node.id,
-            kind: &node.kind.name,
-            output: node.kind.output,
-            varies: node.varies,
-            uses: node.first.links.iter().map(|link| self.nodes[*link].id.as_str()).collect(),
-            writes: node.first.writes.iter().map(|(field, file)| (&**field, &**file)).collect(),
-        })
-    }
-
-    /// The files that a node writes at a frame, as seen from the graph's folder.
-    ///
-    /// # Errors
-    /// If there is no such node, or it cannot be made at that frame.
-    pub fn writes(&self, id: &str, frame: f64) -> Result<Vec<PathBuf>> {
-        let checked = self.at(self.find(id)?, self.moment(frame))?;
-        Ok(checked.writes.iter().map(|(_, file)| self.directory.join(file)).collect())
-    }
-
-    /// The graph's parameters, at the first frame.
-    pub fn parameters(&self) -> &[ParameterInfo] {
-        &self.parameters
-    }
-
-    /// The folder from which files are found.
-    pub fn directory(&self) -> &Path {
-        &self.directory
-    }
-
-    /// The first frame that it was checked for.
-    pub fn first_frame(&self) -> i64 {
-        self.first.frame as i64
-    }
-
-    /// A frame as a moment, at the graph's rate.
-    pub fn moment(&self, frame: f64) -> Moment {
-        Moment { frame, ..self.first }
-    }
-
-    /// A node as it is at a moment.
-    ///
-    /// # Errors
-    /// If its text is none that can be read then, or it uses what it does not use at the frames that were checked.
-    pub(super) fn at(&self, node: usize, moment: Moment) -> Result<Arc<Checked>> {
-        let known = &self.nodes[node];
-        if !self.film.varies(node) || moment == self.first {
-            return Ok(known.first.clone());
-        }
-        let frame = moment.frame.to_bits();
-        let others = || known.others.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(checked) = others().get(&frame) {
-            return Ok(checked.clone());
-        }
-        let Graph { film, registry, directory, .. } = self;
-        let mut check =
-            Check { document: &[], registry, directory, nodes: Vec::new(), faults: Vec::new() };
-        let made = film.node(node, moment).map_err(|faults| check.faults.extend(faults));
-        let made = made.ok().and_then(|raw| check.node(&raw, known.kind.clone()));
-        let (Some((mut checked, wishes)), []) = (made, &check.faults[..]) else {
-            let fault = check.faults.first().map_or("", |fault| &fault.message);
-            return Err(Error::invalid(format!("at frame {}: {fault}", moment.frame)));
-        };
-        // Its place among those that it may use is settled.
-        let place = |at: usize| self.order.iter().position(|other| *other == at);
-        let fits = |link: &usize, wish: &Wish| {
-            place(node) < place(*link) && self.nodes[*link].kind.output == wish.of
-        };
-        let link =
-            |wish: &Wish| self.names.get(&wish.target).copied().filter(|link| fits(link, wish));
-        let links: Option<Vec<usize>> = wishes.iter().map(link).collect();
-        checked.links = links.ok_or_else(|| {
-            Error::invalid(format!(
-                "at frame {} it uses a node or a file that it uses at none of the frames that were asked for",
-                moment.frame
-            ))
-        })?;
-        let mut others = others();
-        if others.len() >= MOST_KEPT {
-            others.clear();
-        }
-        Ok(others.entry(frame).or_insert(Arc::new(checked)).clone())
-    }
-
-    /// The place of a node.
-    pub(super) fn find(&self, id: &str) -> Result<usize> {
-        self.names.get(id).copied().ok_or_else(|| {
-            let known = self.nodes.iter().map(|node| node.id.as_str());
-            let message = match nearest(id, known.clone()) {
-                Some(near) => format!("did you mean \"{near}\"?"),
-                None => format!("there are {}", list(known)),
-            };
-            Error::invalid(format!("there is no node \"{id}\": {message}"))
-        })
-    }
 }
 
-impl GraphNode {
-    fn new(varies: bool, draft: Draft) -> GraphNode {
-        let Draft { id, instances, moments, .. } = draft;
-        let checked: Vec<Arc<Checked>> =
-            instances.into_iter().map(|made| Arc::new(made.checked)).collect();
-        // Those of a long film are made again when their frames come.
-        let few = moments.into_iter().take(MOST_KEPT);
-        let others = few.map(|(frame, at)| (frame, checked[at].clone()));
-        let others = Mutex::new(others.collect());
-        let first = checked[0].clone();
-        GraphNode { id, kind: first.kind.clone(), varies, first, others }
-    }
-
-    /// The node as it is at all moments that are known.
-    fn all(&self) -> Vec<Arc<Checked>> {
-        let others = self.others.lock().unwrap_or_else(PoisonError::into_inner);
-        others.values().chain([&self.first]).cloned().collect()
-    }
+/// A node of a graph as it is at a moment, and its links, not yet resolved.
+///
+/// # Errors
+/// If its text is none that can be read then.
+pub(super) fn node_at(graph: &Graph, node: usize, moment: Moment) -> Result<(Checked, Vec<Wish>)> {
+    let Graph { film, registry, directory, .. } = graph;
+    let mut check =
+        Check { document: &[], registry, directory, nodes: Vec::new(), faults: Vec::new() };
+    let made = film.node(node, moment).map_err(|faults| check.faults.extend(faults));
+    let made = made.ok().and_then(|raw| check.node(&raw, graph.nodes[node].kind.clone()));
+    let (Some(made), []) = (made, &check.faults[..]) else {
+        let fault = check.faults.first().map_or("", |fault| &fault.message);
+        return Err(Error::invalid(format!("at frame {}: {fault}", moment.frame)));
+    };
+    Ok(made)
 }
 
 /// The most faults that are looked for at frames behind the first.
@@ -303,9 +148,6 @@ struct Check<'a> {
     nodes: Vec<Draft>,
     faults: Vec<Diagnostic>,
 }
-
-/// The most moments at which a node is kept ready.
-const MOST_KEPT: usize = 64;
 
 /// A node that is being checked.
 #[derive(Default)]
@@ -330,6 +172,19 @@ struct Instance {
 }
 
 impl Draft {
+    /// The node of the graph.
+    fn finished(self, varies: bool) -> GraphNode {
+        let Draft { id, instances, moments, .. } = self;
+        let checked: Vec<Arc<Checked>> =
+            instances.into_iter().map(|made| Arc::new(made.checked)).collect();
+        // Those of a long film are made again when their frames come.
+        let few = moments.into_iter().take(MOST_KEPT);
+        let others = few.map(|(frame, at)| (frame, checked[at].clone()));
+        let others = Mutex::new(others.collect());
+        let first = checked[0].clone();
+        GraphNode { id, kind: first.kind.clone(), varies, first, others }
+    }
+
     /// The node at a moment; one that does not change in time is what it was at the first.
     fn at(&self, moment: Moment) -> Option<&Instance> {
         self.instances.get(self.moments.get(&moment.frame.to_bits()).copied().unwrap_or(0))

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::ask::{self, Upstream};
-use super::check::{Checked, Graph};
+use super::checked::{Checked, Graph};
 use super::link::Slot;
 use super::value::{AnyDemand, Value};
 use crate::error::{Error, Result};

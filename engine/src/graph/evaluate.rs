@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use super::ask::{Inputs, Remark};
-use super::check::{Checked, Graph};
+use super::checked::{Checked, Graph};
 use super::demand::{Failure, Schedule, Task};
 use super::link::Slot;
 use super::stored::{Files, Stored};

@@ -14,6 +14,7 @@
 pub mod ask;
 pub mod catalogue;
 pub mod check;
+pub mod checked;
 pub mod demand;
 pub mod diagnostic;
 pub mod document;
@@ -27,7 +28,7 @@ pub mod stored;
 pub mod value;
 
 pub use ask::{Inputs, Upstream};
-pub use check::Graph;
+pub use checked::Graph;
 pub use demand::Schedule;
 pub use diagnostic::{Diagnostic, Severity};
 pub use evaluate::{NodeReport, Run};

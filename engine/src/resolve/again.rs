@@ -61,10 +61,14 @@ impl Last {
         told: &[Tally],
         seconds: f64,
     ) {
-        let (values, told) = (values.to_vec(), told.to_vec());
         let samples: usize = values.iter().flatten().map(|(_, samples)| samples.len() * 4).sum();
         let bytes = image.bytes() + samples;
         shelf().remove(key, 0);
+        // What would take the place of much else is not worth a copy.
+        if bytes > cache().limit() / 8 {
+            return;
+        }
+        let (values, told) = (values.to_vec(), told.to_vec());
         let last = Last { image: image.clone(), values, told };
         shelf().put(key, 0, Arc::new(last), bytes, seconds);
     }
