@@ -1,5 +1,6 @@
 //! Every test of the project, one module a subject: `cargo test -p spandrel-tests shadows` runs one.
 
+mod again;
 mod algebra;
 mod bent;
 mod billboards;

@@ -437,68 +437,6 @@ fn a_farm_goes_on_and_is_told() {
     assert_eq!(events[4]["failed"], serde_json::json!([2]));
 }
 
-/// A yard with a house, and a pole that moves beside it: in the picture, or outside of it with its shadow within.
-fn yard(folder: &Path, pole: &str) {
-    let scene = |shape: &str| {
-        format!("Scene(plans: [(name: \"p\", root: (children: [(name: \"a\", {shape})]))])")
-    };
-    let ground =
-        "shape: Polygon(outline: [(-50, 0, 20), (50, 0, 20), (50, 0, -80), (-50, 0, -80)])";
-    std::fs::write(folder.join("ground.ron"), scene(ground)).unwrap();
-    let house = "transform: [Move(2, 0, -6)], shape: Box(size: (4, 3, 4))";
-    std::fs::write(folder.join("house.ron"), scene(house)).unwrap();
-    let pole = format!("transform: [Move({pole})], shape: Box(size: (0.4, 2, 0.4))");
-    std::fs::write(folder.join("pole.ron"), scene(&pole)).unwrap();
-}
-
-/// [N]: only what moves is calculated again. What is taken from the picture before is what it would be, bit for bit.
-#[test]
-fn rows_that_nothing_moved_on_are_taken_from_the_picture_before() {
-    let scratch = folder("films-again");
-    let lights = [
-        ("ParallelLight(direction: (1, -1, -0.2))", true),
-        ("PointLight(position: (-3, 6, 2), intensity: 400)", true),
-        ("ParallelLight(direction: (Expr(\"frame\"), -1, -0.2))", false),
-        ("SkyLight(model: Uniform)", false),
-    ];
-    let poles = [
-        "Expr(\"-1 + frame * 0.3\"), 0, 1",
-        "-9, 0, Expr(\"frame * -0.5\")",
-        "Expr(\"frame\"), 0, 30",
-    ];
-    for (light, taken) in lights {
-        for pole in poles {
-            yard(scratch.path(), pole);
-            let text = format!(
-                "Graph(nodes: {{\"eye\": Camera(position: (0, 2.5, 9), look_at: (0, 1, 0), field_of_view: 40),
-                    \"ground\": Scanline(scene: \"ground.ron\", camera: \"eye\"),
-                    \"house\": Scanline(scene: \"house.ron\", camera: \"eye\"),
-                    \"pole\": Scanline(scene: \"pole.ron\", camera: \"eye\"),
-                    \"all\": DepthMerge(inputs: [\"ground\", \"house\", \"pole\"]),
-                    \"sun\": {light},
-                    \"lit\": Illuminate(image: \"all\", lights: [\"sun\"], shadows: Volumes, samples: 4, white: 2),
-                    \"hazy\": Fog(image: \"lit\", density: 0.01),
-                    \"picture\": Resolve(image: \"hazy\", size: (64, 96), lines: Sloped(3))}})"
-            );
-            let film = graph(scratch.path(), &text, "1-4");
-            // Each by itself, whose run reads its scenes itself and knows nothing of others.
-            let alone: Vec<Arc<Image>> =
-                (1..=4).map(|frame| picture(&film, "picture", f64::from(frame))).collect();
-            let before =
-                |image: &Image| image.counts.get("rows as before").copied().unwrap_or(0) as i64;
-            let run = Run::new();
-            let mut rows = 0;
-            for (frame, alone) in (1..=4).zip(&alone) {
-                let image = evaluate(&run, &film, "picture", &[f64::from(frame)]).value::<Image>(0);
-                assert_eq!(image, *alone, "{light}, {pole}, frame {frame}");
-                // Rows of nothing at all are the same whoever read the scenes.
-                rows += if frame > 1 { before(&image) - before(alone) } else { 0 };
-            }
-            assert_eq!(rows > 0, taken, "{light}, {pole}: {rows} rows");
-        }
-    }
-}
-
 /// [N]'s film: what stands is computed once, what moves at each frame, and nothing else.
 #[test]
 fn the_town_solves_at_each_frame_what_moves() {

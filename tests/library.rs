@@ -176,8 +176,8 @@ const LAYERS: [(&str, &[&str]); 35] = [
             "motion", "open", "polygon", "text", "texture", "trace", "watch",
         ],
     ),
-    ("shadow", &["camera", "fragment", "span", "trace", "watch"]),
-    ("visible", &["camera", "error", "raster", "span", "watch"]),
+    ("shadow", &["cache", "camera", "fragment", "key", "span", "trace", "watch"]),
+    ("visible", &["cache", "camera", "error", "key", "raster", "span", "watch"]),
     (
         "render",
         &[

@@ -182,6 +182,20 @@ impl CacheState {
 }
 
 impl Shelf {
+    /// The shelf on which the work at hand finds what work before it left: pictures of which parts may serve again. None
+    /// where nobody keeps any.
+    pub(crate) fn of_work(watch: &Watch) -> Option<Arc<Shelf>> {
+        watch.kept()
+    }
+
+    /// Keeps an item instead of what is kept under its key, unless it would take the place of much else.
+    pub(crate) fn renew(&self, (key, part): (Key, u32), item: Kept, bytes: usize, seconds: f64) {
+        self.remove(key, part);
+        if bytes <= self.cache.limit() / 8 {
+            self.put(key, part, item, bytes, seconds);
+        }
+    }
+
     /// What is kept under a key, of a part.
     pub fn get(&self, key: Key, part: u32) -> Option<Kept> {
         let mut held = self.cache.held();

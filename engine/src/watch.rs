@@ -17,6 +17,7 @@
 //! assert!(!Watch::current().is_stopped());
 //! ```
 
+use std::any::Any;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -41,6 +42,9 @@ struct Inner {
     all: AtomicU64,
     /// The files that were read, and what they held; without a key if they were not there.
     files: Mutex<BTreeMap<PathBuf, Option<Key>>>,
+    counts: Mutex<BTreeMap<&'static str, u64>>,
+    /// What goes from one piece of work to the next.
+    kept: Option<Arc<dyn Any + Send + Sync>>,
 }
 
 impl Watch {
@@ -49,9 +53,15 @@ impl Watch {
         Watch(Some(Arc::default()))
     }
 
-    /// One that is stopped together with others.
-    pub fn stopped_by(stop: &Arc<AtomicBool>) -> Watch {
-        Watch(Some(Arc::new(Inner { stop: stop.clone(), ..Inner::default() })))
+    /// One that is stopped together with others, and hands on what they keep for each other.
+    pub fn together<T: Any + Send + Sync>(stop: &Arc<AtomicBool>, kept: &Arc<T>) -> Watch {
+        let (stop, kept) = (stop.clone(), Some(kept.clone() as _));
+        Watch(Some(Arc::new(Inner { stop, kept, ..Inner::default() })))
+    }
+
+    /// What was kept by work before for work to come, if whoever watches keeps such things.
+    pub(crate) fn kept<T: Any + Send + Sync>(&self) -> Option<Arc<T>> {
+        self.0.as_ref()?.kept.clone()?.downcast().ok()
     }
 
     /// That of the work which this thread has begun.
@@ -113,6 +123,23 @@ impl Watch {
         // The two are read one after the other, and steps go on meanwhile.
         let done = inner.done.load(Ordering::Relaxed).min(all);
         (all > 0).then(|| done as f64 / all as f64)
+    }
+
+    /// Counts something that is worth knowing of how the work was done, such as lines that were taken from the frame
+    /// before.
+    pub fn count(&self, what: &'static str, number: u64) {
+        if let Some(inner) = &self.0 {
+            let mut counts = inner.counts.lock().unwrap_or_else(PoisonError::into_inner);
+            *counts.entry(what).or_default() += number;
+        }
+    }
+
+    /// What was counted so far.
+    pub fn counts(&self) -> BTreeMap<&'static str, u64> {
+        let counts = self.0.as_ref().map(|inner| &inner.counts);
+        let counts =
+            counts.map(|counts| counts.lock().unwrap_or_else(PoisonError::into_inner).clone());
+        counts.unwrap_or_default()
     }
 
     /// A file was read that held this, or was not there.

@@ -13,6 +13,7 @@
 //! everything that could cast a shadow on them or be mirrored in them, and what is kept of them from one
 //! picture to the next.
 
+mod alike;
 mod batch;
 mod columns;
 mod environment;
@@ -25,6 +26,8 @@ pub mod stack;
 mod surfaces;
 mod world;
 
+pub use alike::Alike;
+pub(crate) use alike::Compared;
 pub use batch::{Anywhere, Batch, Casting, Kept, LinePiece};
 pub use columns::Columns;
 pub use environment::Environment;

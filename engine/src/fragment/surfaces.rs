@@ -6,7 +6,7 @@ use std::fmt::Debug;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::{Columns, Environment, Fragments, Meeting, PictureSet, PictureShare};
+use super::{Alike, Columns, Environment, Fragments, Meeting, PictureSet, PictureShare};
 use crate::camera::View;
 use crate::error::{Error, Result};
 use crate::key::Key;
@@ -57,6 +57,11 @@ pub trait Surfaces: Any + Send + Sync + Debug {
 
     /// The pictures that lie on its faces; `None` if no face has any.
     fn pictures(&self) -> Option<&dyn Pictured> {
+        None
+    }
+
+    /// Which of its faces others had too: what was made of these is made of them. `None` if it does not know.
+    fn alike(&self, _before: &dyn Surfaces) -> Option<Alike> {
         None
     }
 

@@ -30,6 +30,8 @@ use crate::watch::Watch;
 pub struct Run {
     cache: Arc<Cache>,
     kept: Shelf,
+    /// Of each picture, what the next may have in common with it.
+    before: Arc<Shelf>,
     stored: Option<Stored>,
     stop: Arc<AtomicBool>,
 }
@@ -120,7 +122,8 @@ impl Run {
 
     /// A run that knows nothing yet, and keeps its values in a cache.
     pub fn with_cache(cache: &Arc<Cache>) -> Run {
-        Run { cache: cache.clone(), kept: cache.shelf(), stored: None, stop: Arc::default() }
+        let (kept, before) = (cache.shelf(), Arc::new(cache.shelf()));
+        Run { cache: cache.clone(), kept, before, stored: None, stop: Arc::default() }
     }
 
     /// The same run, which stores results on disk and takes them from there.
@@ -190,6 +193,7 @@ impl Run {
     /// the last needed.
     pub fn forget_unused(&self) {
         self.kept.drop_unused();
+        self.before.drop_unused();
     }
 
     /// Keeps what nobody holds any more.
@@ -432,7 +436,7 @@ impl<'a> Evaluation<'a> {
         values: Vec<(Slot, AnyValue)>,
         key: Key,
     ) -> Result<Made> {
-        let watch = Watch::stopped_by(&self.run.stop);
+        let watch = Watch::together(&self.run.stop, &self.run.before);
         self.progress.started(&node.id, &watch);
         let tell = |remark: Remark<'_>| match remark {
             Remark::Note(message) => self.progress.noted(&node.id, message),
@@ -451,6 +455,7 @@ impl<'a> Evaluation<'a> {
             return Err(Error::Cancelled);
         }
         let mut value = made.unwrap_or_else(|panic| Err(panicked(&*panic)))?;
+        value.facts.extend(watch.counts());
         // Those that were read on the way, beside the ones that the node names.
         let files = watch.files();
         value.key.get_or_insert_with(|| {

@@ -6,32 +6,30 @@
 
 use glam::DVec3;
 use std::collections::{BTreeSet, HashMap};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use super::paint::Tally;
 use super::rule::{Framing, Rule};
-use crate::cache::{Shelf, cache};
+use crate::cache::Shelf;
 use crate::camera::{Plane, View};
-use crate::fragment::{Shading, Stage, World};
+use crate::fragment::{Compared, Member, Shading, Stage, World};
 use crate::image::{Channel, Samples};
 use crate::key::Key;
 use crate::raster::Rows;
-use crate::span::{FaceId, Source, SpanImage};
-use crate::trace::Toward;
+use crate::span::{Face, FaceId, Source, SpanImage};
+use crate::trace::{Casters, Toward};
+use crate::watch::Watch;
+
+/// The channels of one maker.
+type MadeValues = Vec<(String, Samples)>;
 
 /// A picture that was made, and the image that it is of.
 pub(super) struct Last {
     image: SpanImage,
     /// By maker of channels, as the picture has them.
-    pub(super) values: Vec<Vec<(String, Samples)>>,
+    pub(super) values: Vec<MadeValues>,
     /// By band.
     pub(super) told: Vec<Tally>,
-}
-
-/// The pictures that were made last, by how they were made.
-fn shelf() -> &'static Shelf {
-    static SHELF: OnceLock<Shelf> = OnceLock::new();
-    SHELF.get_or_init(|| cache().shelf())
 }
 
 /// How pictures are made that may have parts in common.
@@ -39,7 +37,7 @@ pub(super) fn key(
     image: &SpanImage,
     (rule, framing): (Rule, &Framing),
     channels: &BTreeSet<Channel>,
-    values: &[Vec<(String, Samples)>],
+    values: &[MadeValues],
 ) -> Key {
     let names: Vec<&str> = values.iter().flatten().map(|(name, _)| name.as_str()).collect();
     let raster = image.view().raster();
@@ -49,28 +47,23 @@ pub(super) fn key(
 
 impl Last {
     /// What was made last in a way.
-    pub(super) fn of(key: Key) -> Option<Arc<Last>> {
-        shelf().get(key, 0)?.downcast().ok()
+    pub(super) fn of(key: Key, watch: &Watch) -> Option<Arc<Last>> {
+        Shelf::of_work(watch)?.get(key, 0)?.downcast().ok()
     }
 
     /// Keeps what was made in a way, instead of what was before.
     pub(super) fn keep(
         key: Key,
         image: &SpanImage,
-        values: &[Vec<(String, Samples)>],
-        told: &[Tally],
-        seconds: f64,
+        (values, told): (&[MadeValues], &[Tally]),
+        (watch, seconds): (&Watch, f64),
     ) {
+        let Some(shelf) = Shelf::of_work(watch).filter(|_| !watch.is_stopped()) else { return };
         let samples: usize = values.iter().flatten().map(|(_, samples)| samples.len() * 4).sum();
         let bytes = image.bytes() + samples;
-        shelf().remove(key, 0);
-        // What would take the place of much else is not worth a copy.
-        if bytes > cache().limit() / 8 {
-            return;
-        }
         let (values, told) = (values.to_vec(), told.to_vec());
         let last = Last { image: image.clone(), values, told };
-        shelf().put(key, 0, Arc::new(last), bytes, seconds);
+        shelf.renew((key, 0), Arc::new(last), bytes, seconds);
     }
 
     /// Which bands of rows of another image's picture are those of this one.
@@ -134,10 +127,16 @@ impl Matched {
                 continue;
             };
             moved.push(casters);
-            if Arc::ptr_eq(&old.faces, &source.faces) {
+            let is_same_scene = Arc::ptr_eq(&old.surfaces, &source.surfaces);
+            if is_same_scene && Arc::ptr_eq(&old.faces, &source.faces) {
                 was.extend((0..faces.len()).map(|place| before.id(at, place)));
                 continue;
             }
+            let compared = (!is_same_scene).then(|| Compared::of(&source.surfaces, &old.surfaces));
+            let ordinal = |face: &Face| match &compared {
+                Some(compared) => compared.was(face.ordinal),
+                None => Some(face.ordinal),
+            };
             let places: HashMap<u32, usize> = old
                 .faces
                 .faces()
@@ -146,7 +145,14 @@ impl Matched {
                 .map(|(place, face)| (face.ordinal, place))
                 .collect();
             was.extend(faces.iter().map(|face| {
-                places.get(&face.ordinal).map_or(FaceId::NONE, |place| before.id(at, *place))
+                let place = ordinal(face).and_then(|ordinal| places.get(&ordinal).copied());
+                // A cluster of another priority is seen at other depths.
+                let place = place.filter(|place| {
+                    let was = &old.faces.faces()[*place];
+                    (face.plane, face.rank) == (was.plane, was.rank)
+                        && face.is_translucent == was.is_translucent
+                });
+                place.map_or(FaceId::NONE, |place| before.id(at, place))
             }));
         }
         Matched { was, moved }
@@ -290,11 +296,9 @@ impl MovedCaster {
     }
 }
 
-/// What casts other shadows on a source than it did; `None` if it is not the same source, or was shaded in another way.
+/// What casts other shadows on a source than it did; `None` if it is not of the same scene, or was shaded in another way.
 fn changed(old: &Source, new: &Source) -> Option<Vec<MovedCaster>> {
-    let is_same = Arc::ptr_eq(&old.surfaces, &new.surfaces)
-        && (&old.label, old.scene, old.matte, &old.held)
-            == (&new.label, new.scene, new.matte, &new.held)
+    let is_same = (&old.label, old.matte, &old.held) == (&new.label, new.matte, &new.held)
         && old.stack.len() == new.stack.len();
     if !is_same {
         return None;
@@ -322,27 +326,30 @@ fn other_shadows(old: &Shading, new: &Shading) -> Option<Vec<MovedCaster>> {
         return Some(Vec::new());
     }
     let lights = new.shader().looks_toward()?;
-    if a.geometry() == b.geometry() {
-        return Some(Vec::new());
-    }
-    let mut moved = Vec::new();
-    for (here, there) in [(a, b), (b, a)] {
-        for bounds in only_in(here, there) {
-            moved.extend(lights.iter().map(|toward| MovedCaster { toward: *toward, bounds }));
-        }
-    }
-    Some(moved)
+    let boxes = differing(a, b)?;
+    let toward = |toward: &Toward| {
+        let toward = *toward;
+        boxes.iter().map(move |bounds| MovedCaster { toward, bounds: *bounds })
+    };
+    Some(lights.iter().flat_map(toward).collect())
 }
 
-/// The bounds of what casts shadows in a world and not in another.
-fn only_in<'w>(world: &'w World, other: &'w World) -> impl Iterator<Item = [DVec3; 2]> + 'w {
-    let is_other = move |at: &usize| {
-        let member = &world.members()[*at];
-        let mut known = other.casters().map(|(at, _)| &other.members()[at]);
-        !known.any(|known| {
-            Arc::ptr_eq(&known.surfaces, &member.surfaces)
-                && (&known.label, known.scene) == (&member.label, member.scene)
-        })
-    };
-    world.casters().filter(move |(at, _)| is_other(at)).filter_map(|(_, casters)| casters.bounds())
+/// Boxes around what only one of two worlds casts; `None` if that is not known.
+fn differing(old: &World, new: &World) -> Option<Vec<[DVec3; 2]>> {
+    let casters =
+        |world| World::casters(world).map(|(at, casters)| (&world.members()[at], casters));
+    let mut gone: Vec<(&Member, &Casters)> = casters(old).collect();
+    let mut boxes = Vec::new();
+    for (member, all) in casters(new) {
+        let Some(at) = gone.iter().position(|(was, _)| was.label == member.label) else {
+            boxes.extend(all.bounds());
+            continue;
+        };
+        let (was, _) = gone.swap_remove(at);
+        if !Arc::ptr_eq(&was.surfaces, &member.surfaces) {
+            boxes.extend(Compared::of(&member.surfaces, &was.surfaces).differing()?.boxes());
+        }
+    }
+    boxes.extend(gone.iter().filter_map(|(_, all)| all.bounds()));
+    Some(boxes)
 }

@@ -54,6 +54,8 @@ pub(super) struct BandShadows<'a> {
 #[derive(Default)]
 struct ShadowRow {
     shares: Vec<LineShare>,
+    /// By share, the layers of its line, sorted by face.
+    layers: Vec<Vec<Segment>>,
     /// What of a pixel is dark on a face, by column and face.
     dark: Vec<LitPart>,
     /// Where the parts of each column begin, and the end.
@@ -147,7 +149,7 @@ impl<'a> BandShadows<'a> {
         let mut pieces = Vec::new();
         for share in self.shares(spot.row) {
             let Some(k) = share.line else { continue };
-            self.each_part(k, spot.face, x, |x| {
+            self.each_part((k, self.layers_of(k, spot.face)), spot.face, x, |x| {
                 pieces.push(LinePiece { x, y: [self.image.y(k); 2] })
             });
         }
@@ -161,7 +163,7 @@ impl<'a> BandShadows<'a> {
         for share in self.shares(spot.row) {
             let Some(k) = share.line else { continue };
             let (mut length, mut middle) = (0.0, 0.0);
-            self.each_part(k, spot.face, x, |[from, to]| {
+            self.each_part((k, self.layers_of(k, spot.face)), spot.face, x, |[from, to]| {
                 length += to - from;
                 middle += (to - from) * (from + to) / 2.0;
             });
@@ -176,9 +178,11 @@ impl<'a> BandShadows<'a> {
     fn covers(&self, row: &ShadowRow, face: FaceId, columns: &Range<u32>) -> f32 {
         let x = self.back(columns.clone());
         let mut total = 0.0;
-        for share in &row.shares {
+        for (share, layers) in row.shares.iter().zip(&row.layers) {
             let Some(k) = share.line else { continue };
-            self.each_part(k, face, x, |[from, to]| total += (to - from) * share.weight);
+            let first = layers.partition_point(|segment| segment.face < face);
+            let layers = layers[first..].iter().take_while(|segment| segment.face == face);
+            self.each_part((k, layers), face, x, |[from, to]| total += (to - from) * share.weight);
         }
         (total * self.framing.scale.x) as f32
     }
@@ -189,8 +193,20 @@ impl<'a> BandShadows<'a> {
         [columns.start, columns.end].map(|x| (f64::from(x) - pan.x) / scale.x)
     }
 
-    /// Visits the parts of a line, between two places in pixels of the raster, that show a face.
-    fn each_part(&self, k: u32, face: FaceId, x: [f64; 2], mut visit: impl FnMut([f64; 2])) {
+    /// The layers of a face on a line.
+    fn layers_of(&self, k: u32, face: FaceId) -> impl Iterator<Item = &Segment> {
+        self.image.layers().line(k).iter().filter(move |segment| segment.face == face)
+    }
+
+    /// Visits the parts of a line, and of a face's layers on it, between two places in pixels of the raster, that show
+    /// the face.
+    fn each_part<'s>(
+        &self,
+        (k, layers): (u32, impl Iterator<Item = &'s Segment>),
+        face: FaceId,
+        x: [f64; 2],
+        mut visit: impl FnMut([f64; 2]),
+    ) {
         let raster = self.image.view().raster();
         let mut cut = |start: u32, end: u32| {
             let part = [raster.pixels(start).max(x[0]), raster.pixels(end).min(x[1])];
@@ -208,7 +224,6 @@ impl<'a> BandShadows<'a> {
                 cut(span.x, line.get(i + 1).map_or(raster.cells(), |span| span.x));
             }
         }
-        let layers = self.image.layers().line(k).iter().filter(|s| s.face == face);
         layers.for_each(|s| cut(s.start, s.end));
     }
 
@@ -243,7 +258,14 @@ impl<'a> BandShadows<'a> {
             chunk = Some((k / per_chunk, lines));
         }
         let (dark, columns) = by_column(&parts, &self.columns);
-        let made = Arc::new(ShadowRow { shares, dark, columns });
+        let by_face = |share: &LineShare| {
+            let line = share.line.map_or(&[][..], |k| self.image.layers().line(k));
+            let mut layers = line.to_vec();
+            layers.sort_unstable_by_key(|segment| (segment.face, segment.start));
+            layers
+        };
+        let layers = shares.iter().map(by_face).collect();
+        let made = Arc::new(ShadowRow { shares, layers, dark, columns });
         self.rows.borrow_mut().insert((key, row), made.clone());
         made
     }
@@ -264,7 +286,7 @@ impl<'a> BandShadows<'a> {
                 let bytes = patches.bytes();
                 (patches, bytes)
             });
-            let cast = shadow::cast(self.image, &patches, casting, lines, &self.watch);
+            let cast = shadow::cast(self.image, &patches, casting, (at, lines), &self.watch);
             let bytes = cast.iter().map(|line| size_of_val(&**line) + size_of_val(line)).sum();
             (cast, bytes)
         })

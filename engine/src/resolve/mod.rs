@@ -195,7 +195,8 @@ fn painted(
     // Rules that divide pixels look at more than lines.
     let way = (selected.is_none() && rule.tolerance().is_none())
         .then(|| again::key(image, (rule, framing), channels, &values));
-    let last = way.and_then(Last::of);
+    let watch = Watch::current();
+    let last = way.and_then(|way| Last::of(way, &watch));
     let is_same = last.as_ref().map(|last| last.same(image, framing, &bands));
     let is_same = is_same.unwrap_or_else(|| vec![false; bands.len()]);
     // Each band gets its own slices of all channels: tasks write side by side without a lock, and
@@ -228,7 +229,6 @@ fn painted(
             None => to_do.push((at, bands[at].clone(), part)),
         }
     }
-    let watch = Watch::current();
     let painter = || {
         let mut coverage = Coverage::new(image, rule, framing, index.as_ref()).without_hidden();
         if needs.estimates {
@@ -241,7 +241,8 @@ fn painted(
     let open: Vec<(u32, Rows)> = to_do.iter().map(|(_, band, _)| band.clone()).collect();
     let ahead = if needs.shaded { Ahead::of(image, &open, painter) } else { None };
     let (ahead, passes) = ahead.unzip();
-    watch.begin(open.len());
+    watch.begin(bands.len());
+    (open.len()..bands.len()).for_each(|_| watch.step());
     let new: Vec<(usize, Tally)> = to_do
         .into_par_iter()
         .enumerate()
@@ -257,15 +258,15 @@ fn painted(
     if let Some(fault) = image.sources().iter().find_map(|source| source.surfaces.fault()) {
         return Err(fault);
     }
-    if let Some(way) = way.filter(|_| !watch.is_stopped()) {
-        Last::keep(way, image, &values, &told, clock.elapsed().as_secs_f64());
+    if let Some(way) = way {
+        Last::keep(way, image, (&values, &told), (&watch, clock.elapsed().as_secs_f64()));
     }
     let size = Framing::size(raster, framing.scale)?;
     let mut picture = Image::new(size, window);
     let taken = bands.iter().zip(&is_same).filter(|(_, is_same)| **is_same);
     let taken: u64 = taken.map(|((_, rows), _)| rows.len() as u64).sum();
     if taken > 0 {
-        picture.counts.insert("rows as before", taken);
+        watch.count("rows as before", taken);
     }
     let Framing { scale, pan, vertical, filter, .. } = framing;
     picture.attributes = Some(Arc::new(attributes(image.view(), framing, size)));

@@ -7,21 +7,29 @@
 //! line, its ends known exactly with their slopes, and a shadow is the *union* of intervals: nothing is
 //! counted, and it does not matter where the eye is.
 //!
-//! CasterSearch come from the tree of [`Casters`] over the space between a patch of a face, a few rows high
+//! Candidates come from the tree of [`Casters`] over the space between a patch of a face, a few rows high
 //! and some dozens of pixels wide, and the light. The spans of the image are not cut: intervals stand beside
 //! them, light by light, and fragments take the share of their area that is lit.
+//!
+//! What each scene casts on each patch is [kept](kept) for the next picture.
 
+mod kept;
+mod patch;
 mod piece;
+mod union;
 
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::Arc;
+use std::time::Instant;
 
-use crate::camera::{Plane, View};
-use crate::fragment::{Casting, Stage, Surfaces, World, stack};
+use self::kept::{Cast, Known};
+use self::patch::{Boundary, Patch, interval, shaft_of_ball};
+use self::union::{settle, unite};
+use crate::fragment::{Casting, Stage, World};
 use crate::span::layer::Segment;
-use crate::span::{FaceId, SpanImage, slopes};
-use crate::trace::{CasterSearch, Casters, Shaft, Spaces, Toward, Turn, spaces_of};
+use crate::span::{FaceId, SpanImage};
+use crate::trace::{CasterSearch, Casters, Shaft, Spaces, Toward, spaces_of};
 use crate::watch::Watch;
 pub(crate) use piece::{Way, lies_in, opacity};
 
@@ -60,9 +68,6 @@ struct VisiblePart {
     from: f64,
     to: f64,
 }
-
-/// A boundary of a volume along a face: inside where it is not negative.
-type Boundary = Plane;
 
 /// The shadows of lines: by line, sorted by face and then from left to right.
 pub(crate) type Lines = Vec<Vec<Dark>>;
@@ -124,15 +129,16 @@ impl Patches {
     }
 }
 
-/// The shadows that fall on the faces of an image on the lines `lines`, from everything in a world, in the
-/// light from one place.
+/// The shadows that fall on the faces of an image on the lines `lines`, its chunk `chunk`, from everything in a world,
+/// in the light from one place.
 pub(crate) fn cast(
     image: &SpanImage,
     patches: &Patches,
     casting: &Casting<'_>,
-    lines: Range<u32>,
+    (chunk, lines): (u32, Range<u32>),
     watch: &Watch,
 ) -> Lines {
+    let clock = Instant::now();
     let casters = casting.world.casters().map(|(member, casters)| {
         let spaces = match (casting.less.candidates, casting.from) {
             (CasterSearch::SixSpaces, Toward::Point(light)) => Some(casters.spaces(light)),
@@ -141,96 +147,47 @@ pub(crate) fn cast(
         Caster { member, casters, spaces, of_cluster: Vec::new() }
     });
     let casters: Vec<Caster<'_>> = casters.collect();
-    let mut dark: Lines = vec![Vec::new(); lines.len()];
-    let mut work = ShadowTask { image, casting, casters, sides: Vec::new() };
+    let key = kept::key(image, casting);
+    let known = Known::of((key, chunk), casting.world, watch);
+    let nothing: Lines = vec![Vec::new(); lines.len()];
+    let (first, cast, found) = (lines.start, Cast::new(casting.world), nothing.clone());
+    let (spans, sides) = (Vec::new(), Vec::new());
+    let mut work = ShadowTask { image, casting, casters, first, known, cast, found, spans, sides };
+    let mut dark = nothing;
     let source = |seen: &VisiblePart| image.locate(seen.face).0;
     // [N], "Shadow processing": cluster by cluster, with only the volumes that can fall on its
     // visible faces.
     for cluster in patches.0.chunk_by(|a, b| source(a) == source(b)) {
-        let patches = || cluster.chunk_by(|a, b| (a.face, a.tile) == (b.face, b.tile));
-        let made = || patches().filter_map(|spans| Patch::new(image, spans, casting.from));
         if casting.less.candidates == CasterSearch::Clusters {
-            work.look_around(made());
+            let patches = cluster.chunk_by(|a, b| (a.face, a.tile) == (b.face, b.tile));
+            work.look_around(patches.filter_map(|spans| Patch::new(image, spans, casting.from)));
         }
-        for spans in patches().take_while(|_| !watch.is_stopped()) {
-            work.patch(spans, lines.start, &mut dark);
+        let faces = cluster.chunk_by(|a, b| a.face == b.face);
+        for parts in faces.take_while(|_| !watch.is_stopped()) {
+            for (k, shadow) in work.face(parts) {
+                dark[(k - first) as usize].push(Dark { face: parts[0].face, ..*shadow });
+            }
         }
     }
-    let half = 0.5 / f64::from(image.plan().per_row);
-    for (k, line) in lines.zip(&mut dark) {
-        unite(line);
-        for of_face in line.chunk_by_mut(|a, b| a.face == b.face) {
-            settle(of_face, image, k, half);
-        }
-        line.shrink_to_fit();
-    }
+    work.cast.count(watch);
+    work.cast.keep((key, chunk), work.known, (watch, clock.elapsed().as_secs_f64()));
+    dark.iter_mut().for_each(Vec::shrink_to_fit);
     dark
-}
-
-/// Flattens the slopes of the ends of a face's shadows so that, within half a strip up and down, they
-/// neither meet nor leave the span that they lie in. What is lost above is lost below, so that areas stay.
-fn settle(mut dark: &mut [Dark], image: &SpanImage, k: u32, half: f64) {
-    let is_upright = |dark: &Dark| dark.start.slope == 0.0 && dark.end.slope == 0.0;
-    if dark.iter().all(is_upright) {
-        return;
-    }
-    let (mut middle, mut top, mut bottom) = (Vec::new(), Vec::new(), Vec::new());
-    while let Some(first) = dark.first() {
-        let (left, right) = span_of(image, k, first);
-        let count = dark.iter().take_while(|dark| dark.start.x < right).count().max(1);
-        let (inside, rest) = dark.split_at_mut(count);
-        dark = rest;
-        // The sides of the span, and between them all ends; two shadows that touch share one.
-        let wall = |x| End { x, slope: 0.0 };
-        let mut ends: Vec<End> = vec![wall(left.min(inside[0].start.x))];
-        for Dark { start, end, .. } in inside.iter() {
-            if start.x > ends[ends.len() - 1].x || ends.len() == 1 {
-                ends.push(*start);
-            }
-            ends.push(*end);
-        }
-        ends.push(wall(right.max(ends[ends.len() - 1].x)));
-        middle.clear();
-        middle.extend(ends.iter().map(|end| end.x));
-        top.clear();
-        top.extend(ends.iter().map(|end| end.x - end.slope * half));
-        bottom.clear();
-        bottom.extend(ends.iter().map(|end| end.x + end.slope * half));
-        // The walls are upright, so nothing moves them: an end that would cross one is turned until
-        // it does not.
-        slopes::separate(&middle, f64::INFINITY, &mut top, &mut bottom);
-        let slope = |at: usize| (bottom[at] - top[at]) / (2.0 * half);
-        let mut at = 0;
-        for Dark { start, end, .. } in inside {
-            if start.x > ends[at].x || at == 0 {
-                at += 1;
-            }
-            start.slope = slope(at);
-            at += 1;
-            end.slope = slope(at);
-        }
-    }
-}
-
-/// From where to where the face of a shadow is seen around its beginning, in pixels.
-fn span_of(image: &SpanImage, k: u32, dark: &Dark) -> (f64, f64) {
-    let raster = image.view().raster();
-    let line = image.lines().line(k);
-    let at = line.partition_point(|span| raster.pixels(span.x) <= dark.start.x).max(1) - 1;
-    if line[at].face == dark.face {
-        let right = line.get(at + 1).map_or(raster.cells(), |span| span.x);
-        return (raster.pixels(line[at].x), raster.pixels(right));
-    }
-    let layers = image.layers().line(k).iter().filter(|s| s.face == dark.face);
-    let mut around = layers.map(|s| (raster.pixels(s.start), raster.pixels(s.end)));
-    let found = around.find(|(from, to)| *from <= dark.start.x && dark.start.x < *to);
-    found.unwrap_or((dark.start.x, dark.end.x))
 }
 
 struct ShadowTask<'a> {
     image: &'a SpanImage,
     casting: &'a Casting<'a>,
     casters: Vec<Caster<'a>>,
+    /// The first of the lines.
+    first: u32,
+    /// What was cast on lines like these in the picture before.
+    known: Option<Known>,
+    cast: Cast,
+    /// By line, what was found on a patch or a face.
+    found: Lines,
+    /// The parts of a line that show a face.
+    spans: Vec<[f64; 2]>,
     sides: Vec<Boundary>,
 }
 
@@ -259,366 +216,137 @@ impl ShadowTask<'_> {
         }
     }
 
-    /// Finds the shadows on a patch of a face.
-    fn patch(&mut self, spans: &[VisiblePart], first: u32, dark: &mut Lines) {
-        let ShadowTask { image, casting, casters, sides } = self;
-        let Casting { from, world, less } = **casting;
-        let Some(patch) = Patch::new(image, spans, from) else { return };
+    /// The shadows on the parts of a face that are seen: lines, and parts of them.
+    fn face(&mut self, parts: &[VisiblePart]) -> &[(u32, Dark)] {
+        let begin = self.cast.begin_face();
+        let mut is_as_before = true;
+        for spans in parts.chunk_by(|a, b| a.tile == b.tile) {
+            is_as_before &= self.patch(spans);
+        }
+        let key = self.cast.key_of_face(&begin);
+        let known = self.known.as_ref().filter(|_| is_as_before);
+        if let Some(known) = known.and_then(|known| known.face(key)) {
+            return self.cast.end_face(key, known.iter().copied());
+        }
+        for (k, shadow) in self.cast.on_face(&begin) {
+            // What was found before had another number then.
+            let shadow = Dark { face: parts[0].face, ..*shadow };
+            self.found[(k - self.first) as usize].push(shadow);
+        }
+        let half = 0.5 / f64::from(self.image.plan().per_row);
+        for (k, line) in (self.first..).zip(&mut self.found).filter(|(_, line)| !line.is_empty()) {
+            unite(line);
+            self.spans.clear();
+            for part in parts.iter().filter(|part| part.k == k) {
+                match self.spans.last_mut() {
+                    // Parted by tiles alone.
+                    Some(last) if last[1] == part.from => last[1] = part.to,
+                    _ => self.spans.push([part.from, part.to]),
+                }
+            }
+            settle(line, &self.spans, half);
+        }
+        let lines = (self.first..).zip(&mut self.found);
+        let shadows = lines.flat_map(|(k, line)| line.drain(..).map(move |shadow| (k, shadow)));
+        self.cast.end_face(key, shadows)
+    }
+
+    /// Finds the shadows on a patch of a face, scene by scene. Returns whether they are as before.
+    fn patch(&mut self, spans: &[VisiblePart]) -> bool {
+        let Some(patch) = Patch::new(self.image, spans, self.casting.from) else { return true };
         let shaft = patch.shaft();
-        for Caster { member, casters, spaces, of_cluster } in casters.iter() {
-            let surfaces = &*world.members()[*member].surfaces;
-            let mut cast = |piece: usize| {
-                if casters.pieces()[piece].opacity == 0.0 {
-                    return;
+        let key = patch.key(spans);
+        self.cast.begin(key);
+        let mut is_as_before = true;
+        let was = self.known.as_ref().and_then(|known| known.patch(key));
+        for number in 0..self.casters.len() {
+            let known = self.known.as_ref().zip(was);
+            match known.and_then(|(known, was)| known.list(was, number, &shaft)) {
+                Some(known) => self.cast.end_as_before(known),
+                None => {
+                    is_as_before = false;
+                    self.find(number, spans, &patch, &shaft);
+                    let lines = (self.first..).zip(&mut self.found);
+                    self.cast.end(lines.flat_map(|(k, line)| {
+                        unite(line);
+                        line.drain(..).map(move |shadow| (k, shadow))
+                    }));
                 }
-                let corners = casters.corners(piece, from);
-                // All of it may be outside one plane of the shaft.
-                let is_outside = |(normal, offset): &(DVec3, f64)| {
-                    corners.clone().all(|corner| normal.dot(corner) + offset < 0.0)
-                };
-                if shaft.planes.iter().any(is_outside) {
-                    return;
-                }
-                // What comes out of a closed body went into it.
-                if less.contours && casters.goes_in(piece, from) == Some(false) {
-                    return;
-                }
-                sides.clear();
-                if !patch.volume(casters, piece, sides) {
-                    return;
-                }
-                // What differs from place to place is taken pixel by pixel.
-                let differs = casters.pieces()[piece].opacity.is_nan();
-                for line in spans.chunk_by(|a, b| a.k == b.k) {
-                    let (y, dark) = (image.y(line[0].k), &mut dark[(line[0].k - first) as usize]);
-                    let whole = line[0].from..line[line.len() - 1].to;
-                    let Some((low, high)) = interval(sides, y, whole) else { continue };
-                    // Of the parts that the face is seen in, those that the volume meets.
-                    let met = line.partition_point(|seen| seen.to <= low.x);
-                    for seen in line[met..].iter().take_while(|seen| seen.from < high.x) {
-                        let bound = |x| End { x, slope: 0.0 };
-                        let mut start = if low.x > seen.from { low } else { bound(seen.from) };
-                        let last = if high.x < seen.to { high } else { bound(seen.to) };
-                        while start.x < last.x {
-                            let next = if differs { start.x.floor() + 1.0 } else { f64::INFINITY };
-                            let end = if next < last.x { bound(next) } else { last };
-                            let middle = (start.x + end.x) / 2.0;
-                            let opacity = patch.opacity(surfaces, casters, piece, middle, y);
-                            if opacity > 0.0 {
-                                let (face, through) = (seen.face, 1.0 - opacity);
-                                dark.push(Dark { face, start, end, through });
-                            }
-                            start = end;
+            }
+        }
+        is_as_before
+    }
+
+    /// Finds what a scene casts on a patch.
+    fn find(&mut self, number: usize, spans: &[VisiblePart], patch: &Patch<'_>, shaft: &Shaft) {
+        let ShadowTask { image, casting, casters, first, found: dark, sides, .. } = self;
+        let Casting { from, world, less } = **casting;
+        let Caster { member, casters, spaces, of_cluster } = &casters[number];
+        let surfaces = &*world.members()[*member].surfaces;
+        let mut cast = |piece: usize| {
+            if casters.pieces()[piece].opacity == 0.0 {
+                return;
+            }
+            let corners = casters.corners(piece, from);
+            // All of it may be outside one plane of the shaft.
+            let is_outside = |(normal, offset): &(DVec3, f64)| {
+                corners.clone().all(|corner| normal.dot(corner) + offset < 0.0)
+            };
+            if shaft.planes.iter().any(is_outside) {
+                return;
+            }
+            // What comes out of a closed body went into it.
+            if less.contours && casters.goes_in(piece, from) == Some(false) {
+                return;
+            }
+            sides.clear();
+            if !patch.volume(casters, piece, sides) {
+                return;
+            }
+            // What differs from place to place is taken pixel by pixel.
+            let differs = casters.pieces()[piece].opacity.is_nan();
+            for line in spans.chunk_by(|a, b| a.k == b.k) {
+                let (y, dark) = (image.y(line[0].k), &mut dark[(line[0].k - *first) as usize]);
+                let whole = line[0].from..line[line.len() - 1].to;
+                let Some((low, high)) = interval(sides, y, whole) else { continue };
+                // Of the parts that the face is seen in, those that the volume meets.
+                let met = line.partition_point(|seen| seen.to <= low.x);
+                for seen in line[met..].iter().take_while(|seen| seen.from < high.x) {
+                    let bound = |x| End { x, slope: 0.0 };
+                    let mut start = if low.x > seen.from { low } else { bound(seen.from) };
+                    let last = if high.x < seen.to { high } else { bound(seen.to) };
+                    while start.x < last.x {
+                        let next = if differs { start.x.floor() + 1.0 } else { f64::INFINITY };
+                        let end = if next < last.x { bound(next) } else { last };
+                        let middle = (start.x + end.x) / 2.0;
+                        let opacity = patch.opacity(surfaces, casters, piece, middle, y);
+                        if opacity > 0.0 {
+                            let (face, through) = (seen.face, 1.0 - opacity);
+                            dark.push(Dark { face, start, end, through });
                         }
+                        start = end;
                     }
                 }
-            };
-            match (less.candidates, from) {
-                (CasterSearch::Shafts, _) => casters.within(&shaft, cast),
-                (CasterSearch::Clusters, _) => of_cluster.iter().for_each(|p| cast(*p as usize)),
-                (CasterSearch::SixSpaces, Toward::Point(light)) => {
-                    let Some((spaces, corners)) = spaces.as_ref().zip(patch.corners()) else {
-                        (0..casters.pieces().len()).for_each(cast);
-                        continue;
-                    };
-                    let mut pieces: Vec<u32> = spaces_of(corners.iter().map(|c| *c - light))
-                        .flat_map(|space| spaces[space].iter().copied())
-                        .collect();
-                    pieces.sort_unstable();
-                    pieces.dedup();
-                    pieces.into_iter().for_each(|piece| cast(piece as usize));
-                }
-                (CasterSearch::SixSpaces | CasterSearch::All, _) => {
+            }
+        };
+        match (less.candidates, from) {
+            (CasterSearch::Shafts, _) => casters.within(shaft, cast),
+            (CasterSearch::Clusters, _) => of_cluster.iter().for_each(|p| cast(*p as usize)),
+            (CasterSearch::SixSpaces, Toward::Point(light)) => {
+                let Some((spaces, corners)) = spaces.as_ref().zip(patch.corners()) else {
                     (0..casters.pieces().len()).for_each(cast);
-                }
+                    return;
+                };
+                let mut pieces: Vec<u32> = spaces_of(corners.iter().map(|c| *c - light))
+                    .flat_map(|space| spaces[space].iter().copied())
+                    .collect();
+                pieces.sort_unstable();
+                pieces.dedup();
+                pieces.into_iter().for_each(|piece| cast(piece as usize));
+            }
+            (CasterSearch::SixSpaces | CasterSearch::All, _) => {
+                (0..casters.pieces().len()).for_each(cast);
             }
         }
     }
-}
-
-/// The space between a ball and a light: planes that touch the ball.
-fn shaft_of_ball(centre: DVec3, radius: f64, from: Toward) -> Shaft {
-    let (way, reach) = from.from(centre);
-    let distance = way.length() * reach;
-    let Some(toward) = way.try_normalize().filter(|_| centre.is_finite()) else {
-        return Shaft::default();
-    };
-    // The sine of the angle that the ball takes, seen from the light.
-    let sine = if distance.is_finite() { radius / distance } else { 0.0 };
-    if sine >= 1.0 {
-        return Shaft::default();
-    }
-    let cosine = (1.0 - sine * sine).sqrt();
-    let (u, v) = toward.any_orthonormal_pair();
-    let mut planes = vec![(toward, radius - toward.dot(centre))];
-    for side in [u, -u, v, -v] {
-        let inward = side * cosine - toward * sine;
-        planes.push((inward, radius - inward.dot(centre)));
-    }
-    Shaft { planes }
-}
-
-/// A patch of a face that is turned to the light.
-struct Patch<'a> {
-    view: &'a View,
-    /// The face's depth where it was lit.
-    depth: Plane,
-    /// How far it was moved since, in pixels.
-    moved: [f64; 2],
-    /// Its plane in the world: the unit normal on the side that is seen, and a point. Of a card, as it stands to the
-    /// light.
-    plane: (DVec3, DVec3),
-    /// What becomes of a card in the light.
-    turn: Option<Turn>,
-    from: Toward,
-    /// What it takes of the screen, in pixels.
-    x: [f64; 2],
-    y: [f64; 2],
-}
-
-impl Patch<'_> {
-    /// The patch of some spans; `None` if it faces away from the light, and is dark by itself.
-    fn new<'a>(image: &'a SpanImage, spans: &[VisiblePart], from: Toward) -> Option<Patch<'a>> {
-        let view = image.view();
-        let (source, face) = image.face(spans[0].face);
-        // What moved it came after what lights it: the world knows of no moves.
-        let (depth, moved) = stack::unmoved(&source.stack, &face.plane);
-        let card = source.surfaces.card(face.ordinal);
-        let turn = card.map(|card| card.turn(Toward::eye(view), from));
-        let (normal, point) = match &turn {
-            Some(turn) => turn.plane(),
-            None => view.world_plane(&depth)?,
-        };
-        let faces_light = match from {
-            Toward::Direction(toward) => normal.dot(toward),
-            Toward::Point(light) => normal.dot(light - point),
-        };
-        if faces_light.is_nan() || faces_light <= 0.0 {
-            return None;
-        }
-        let x = spans.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], seen| {
-            [low.min(seen.from), high.max(seen.to)]
-        });
-        let half = 0.5 / f64::from(image.plan().per_row);
-        let y = [image.y(spans[0].k) - half, image.y(spans[spans.len() - 1].k) + half];
-        Some(Patch { view, depth, moved, plane: (normal, point), turn, from, x, y })
-    }
-
-    /// The space between it and the light.
-    fn shaft(&self) -> Shaft {
-        let Patch { from, plane: (normal, point), .. } = *self;
-        // Before the face, before the light, and inside the four sides through the light and the
-        // patch's edges.
-        let mut planes = vec![(normal, -normal.dot(point))];
-        if let Some(at) = self.corners() {
-            let centre = at.iter().sum::<DVec3>() / 4.0;
-            if let Toward::Point(light) = from {
-                let away = centre - light;
-                planes.push((away, -away.dot(light)));
-            }
-            for (i, corner) in at.iter().enumerate() {
-                let along = at[(i + 1) % 4] - *corner;
-                let side = along.cross(from.from(*corner).0);
-                let inside = side.dot(centre - *corner);
-                // A side that the centre all but lies in has no sure inside, and bounds nothing:
-                // the shaft is wider than it need be, never narrower.
-                if inside.abs() > 1e-9 * side.length() * (centre - *corner).length() {
-                    let side = side * inside.signum();
-                    planes.push((side, -side.dot(*corner)));
-                }
-            }
-        }
-        Shaft { planes }
-    }
-
-    /// Its corners in the world; beyond the horizon of its plane it has none.
-    fn corners(&self) -> Option<[DVec3; 4]> {
-        let x = self.x.map(|x| x - self.moved[0]);
-        let y = self.y.map(|y| y - self.moved[1]);
-        let corners = [(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])];
-        let (least, most) = self.depth.range(x, y);
-        let has_corners = self.view.is_parallel() || least > 1e-6 * most;
-        has_corners.then(|| corners.map(|(x, y)| self.place(x, y)))
-    }
-
-    /// Where what is seen at a place on the screen receives light.
-    fn place(&self, x: f64, y: f64) -> DVec3 {
-        let point = self.view.world_point(x, y, self.depth.depth(x, y));
-        self.turn.map_or(point, |turn| turn.place(point))
-    }
-
-    /// The sides of the volume that a piece casts, as seen along the face. False if it casts none on it.
-    fn volume(&self, casters: &Casters, piece: usize, sides: &mut Vec<Boundary>) -> bool {
-        if lies_in(casters, piece, self.plane) {
-            return false;
-        }
-        let normal = casters.normal(piece, self.from);
-        let mut corners = casters.corners(piece, self.from);
-        let Some(first) = corners.next() else { return false };
-        let away = match self.from {
-            Toward::Direction(toward) => -normal.dot(toward) / normal.length(),
-            Toward::Point(light) => {
-                normal.dot(first - light) / (normal.length() * (first - light).length())
-            }
-        };
-        // A light in the plane of the piece sees it edge-on.
-        if away.is_nan() || away.abs() < 1e-12 {
-            return false;
-        }
-        // The volume lies on the far side of the piece, as the light sees it. Corners that run
-        // round the other way turn all sides over.
-        let sign = away.signum();
-        // Nothing of the patch is inside if one side has all of it outside.
-        let mut add = |normal: DVec3, point: DVec3| {
-            let before = match &self.turn {
-                Some(turn) => turn.before(normal * sign, point),
-                None => Ok((normal * sign, point)),
-            };
-            // A side is affine on the screen once it is multiplied by rho, which is above 0 and
-            // keeps its sign.
-            let Plane { a, b, c } = match before {
-                Ok((normal, point)) => self.view.side_of(normal, point, &self.depth),
-                Err(side) => Plane::constant(side),
-            };
-            let side = Plane { a, b, c: c - a * self.moved[0] - b * self.moved[1] };
-            sides.push(side);
-            side.range(self.x, self.y).1 >= 0.0
-        };
-        if !add(normal, first) {
-            return false;
-        }
-        let mut last = first;
-        for corner in corners.chain([first]) {
-            // The same for both pieces that share an edge, but for its sign.
-            let (side, through) = match self.from {
-                Toward::Direction(toward) => {
-                    let is_first = last.to_array() < corner.to_array();
-                    ((corner - last).cross(toward), if is_first { last } else { corner })
-                }
-                Toward::Point(light) => ((last - light).cross(corner - light), light),
-            };
-            if !add(side, through) {
-                return false;
-            }
-            last = corner;
-        }
-        true
-    }
-
-    /// How much a piece holds back of the light to a point of the patch.
-    fn opacity(
-        &self,
-        surfaces: &dyn Surfaces,
-        casters: &Casters,
-        piece: usize,
-        x: f64,
-        y: f64,
-    ) -> f32 {
-        opacity(surfaces, self.view, casters, piece, || {
-            let (x, y) = (x - self.moved[0], y - self.moved[1]);
-            let depth = self.depth.depth(x, y);
-            let from = self.place(x, y);
-            let (along, reach) = self.from.from(from);
-            let normal = casters.normal(piece, self.from);
-            let corner = casters.corners(piece, self.from).next().unwrap_or_default();
-            let way = normal.dot(corner - from) / normal.dot(along);
-            // Towards a light at one place what a pixel stands for narrows.
-            let narrows = 1.0 - (way / reach).clamp(0.0, 1.0);
-            let width = self.view.pixel_width(self.view.distance(depth)).0 * narrows;
-            Way { from, along, position: from + along * way, width: width as f32 }
-        })
-    }
-}
-
-/// The part of a line inside all sides.
-#[inline]
-fn interval(sides: &[Boundary], y: f64, within: Range<f64>) -> Option<(End, End)> {
-    // A volume is convex: what a line has of it is one interval, from the last side that it comes
-    // in by to the first that it leaves by.
-    let mut start = End { x: within.start, slope: 0.0 };
-    let mut end = End { x: within.end, slope: 0.0 };
-    for Plane { a, b, c } in sides {
-        let rest = b * y + c;
-        if *a > 0.0 {
-            let x = -rest / a;
-            if x > start.x {
-                start = End { x, slope: -b / a };
-            }
-        } else if *a < 0.0 {
-            let x = -rest / a;
-            if x < end.x {
-                end = End { x, slope: -b / a };
-            }
-        } else if rest < 0.0 || rest.is_nan() {
-            return None;
-        }
-    }
-    (start.x < end.x).then_some((start, end))
-}
-
-/// Ends nearer than this, in pixels, are one: what rounding parts.
-const TOUCHING: f64 = 1e-9;
-
-/// Unites the shadows of a line face by face, so that none overlap and there is no end where as much light
-/// arrives on both sides.
-fn unite(line: &mut Vec<Dark>) {
-    if line.len() < 2 {
-        return;
-    }
-    line.sort_unstable_by(|a, b| {
-        let key = |dark: &Dark| (dark.face, dark.start.x);
-        let ((face, x), (other_face, other_x)) = (key(a), key(b));
-        face.cmp(&other_face)
-            .then(x.total_cmp(&other_x))
-            // The rest makes the order, and so the products below, independent of how casters were
-            // found.
-            .then(b.end.x.total_cmp(&a.end.x))
-            .then(a.through.total_cmp(&b.through))
-    });
-    // Where all casters are opaque, intervals need only be joined.
-    if line.iter().all(|dark| dark.through == 0.0) {
-        let mut kept = 0;
-        for i in 1..line.len() {
-            let next = line[i];
-            let last = &mut line[kept];
-            if last.face == next.face && next.start.x <= last.end.x + TOUCHING {
-                if next.end.x > last.end.x {
-                    last.end = next.end;
-                }
-            } else {
-                kept += 1;
-                line[kept] = next;
-            }
-        }
-        line.truncate(kept + 1);
-        return;
-    }
-    // Where translucent casters lie over each other their shares multiply.
-    let mut all: Vec<Dark> = Vec::new();
-    for of_face in line.chunk_by(|a, b| a.face == b.face) {
-        let mut ends: Vec<End> = of_face.iter().flat_map(|dark| [dark.start, dark.end]).collect();
-        ends.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
-        // Between two neighbouring ends no caster begins or ends, and as much light arrives
-        // everywhere.
-        ends.dedup_by(|a, b| a.x - b.x <= TOUCHING);
-        let (mut active, mut next): (Vec<&Dark>, usize) = (Vec::new(), 0);
-        for pair in ends.windows(2) {
-            let middle = (pair[0].x + pair[1].x) / 2.0;
-            while let Some(dark) = of_face.get(next).filter(|dark| dark.start.x <= middle) {
-                active.push(dark);
-                next += 1;
-            }
-            active.retain(|dark| middle < dark.end.x);
-            let through: f32 = active.iter().map(|dark| dark.through).product();
-            let (face, start, end) = (of_face[0].face, pair[0], pair[1]);
-            match all.last_mut() {
-                _ if through == 1.0 => {}
-                Some(last) if (last.face, last.through, last.end) == (face, through, start) => {
-                    last.end = end;
-                }
-                _ => all.push(Dark { face, start, end, through }),
-            }
-        }
-    }
-    *line = all;
 }

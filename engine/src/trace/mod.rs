@@ -24,6 +24,7 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -328,6 +329,55 @@ impl Casters {
     /// The normal of a piece's plane, as long as twice its area, as it is turned to somebody if it turns.
     pub fn normal(&self, piece: usize, toward: Toward) -> DVec3 {
         area_vector(self.corners(piece, toward))
+    }
+
+    /// The pieces that only one of two scenes has, as pieces of a scene; `was` says which faces of this one the other has
+    /// too.
+    pub(crate) fn differing(&self, other: &Casters, was: impl Fn(u32) -> Option<u32>) -> Casters {
+        // Of one face there may be several pieces. What they hold back may depend on the body that they are of.
+        let key = |casters: &Casters, piece: &Piece, face: u32| {
+            let body = (piece.body.unsigned_abs() as usize).checked_sub(1);
+            let around = body.map(|at| casters.bodies[at]).unwrap_or_default();
+            let around = around.map(|corner| corner.to_array().map(f64::to_bits));
+            (face, piece.opacity.to_bits(), piece.body.signum(), around)
+        };
+        let theirs: Vec<_> = other.pieces.iter().map(|p| key(other, p, p.face)).collect();
+        let mine: Vec<_> = { self.pieces.iter() }
+            .map(|piece| was(piece.face).map(|face| key(self, piece, face)))
+            .collect();
+        let known: HashSet<_> = theirs.iter().collect();
+        let shared: HashSet<_> = mine.iter().flatten().filter(|key| known.contains(key)).collect();
+        let only_mine = mine.iter().map(|key| key.as_ref().is_none_or(|key| !shared.contains(key)));
+        let only_theirs = theirs.iter().map(|key| !shared.contains(key));
+        let mut builder = CastersBuilder::default();
+        let mut add = |casters: &Casters, piece: usize| {
+            let first = builder.points(casters.reach(piece));
+            let Piece { face, count, .. } = casters.pieces[piece];
+            builder.piece(face, 1.0, (0, None), first..first + count);
+        };
+        only_mine.enumerate().filter(|(_, only)| *only).for_each(|(piece, _)| add(self, piece));
+        only_theirs.enumerate().filter(|(_, only)| *only).for_each(|(piece, _)| add(other, piece));
+        builder.finish()
+    }
+
+    /// Boxes around all pieces, by their least and greatest corners: a few dozens at most, near ones together.
+    pub(crate) fn boxes(&self) -> Vec<[DVec3; 2]> {
+        const LEVELS: u32 = 6;
+        let Some(tree) = &self.tree else { return Vec::new() };
+        let wide = |v: Vec3A| DVec3::from(v.to_array().map(f64::from)) / tree.scale + tree.centre;
+        let mut open = vec![(0u32, 0)];
+        let mut boxes = Vec::new();
+        while let Some((at, level)) = open.pop() {
+            let node = &tree.bvh.nodes[at as usize];
+            if node.prim_count > 0 || level == LEVELS {
+                // As wide again as the margin: this goes back from 32 bits.
+                let margin = DVec3::splat(MARGIN / tree.scale);
+                boxes.push([wide(node.aabb().min) - margin, wide(node.aabb().max) + margin]);
+            } else {
+                open.extend([0, 1].map(|child| (node.first_index + child, level + 1)));
+            }
+        }
+        boxes
     }
 
     /// Bytes held, about.

@@ -8,8 +8,9 @@
 //! It knows faces on the screen and nothing of scenes: renderers make faces of them.
 //!
 //! Reading path: `clip` (what reaches far beyond the screen), `band` (where a face meets lines), `tiles` (the
-//! visible part of all), [`probe`] (the same anywhere, on demand).
+//! visible part of all), `again` (what is as it was), [`probe`] (the same anywhere, on demand).
 
+mod again;
 mod band;
 mod bins;
 pub(crate) mod clip;
@@ -18,17 +19,25 @@ pub mod stored;
 mod tiles;
 
 use std::sync::OnceLock;
+use std::time::Instant;
 
 use crate::error::Result;
 use crate::span::probe::probing;
 use crate::span::{Layers, Lines, SpanImage};
+use crate::watch::Watch;
+use again::Before;
 use band::Limits;
 use probe::FaceIndex;
 
-/// What is seen of a frame's faces on its lines and, if its plan is to be probed, on any others.
+/// What is seen of a frame's faces on its lines and, if its plan is to be probed, on any others. Lines that show what
+/// they did in the frame of these scenes that was solved last are taken from it.
 pub fn solve(frame: SpanImage) -> SpanImage {
-    let (lines, layers) = tiles::solve(&frame);
-    solved(frame, lines, layers)
+    let (clock, watch) = (Instant::now(), Watch::current());
+    let before = Before::of(&frame, &watch);
+    let (lines, layers) = tiles::solve(&frame, before.as_ref());
+    let image = solved(frame, lines, layers);
+    again::keep(&image, &watch, clock.elapsed().as_secs_f64());
+    image
 }
 
 /// What [`solve`] made of a frame, from the bytes that were [stored](stored::packed) of it; `None` if they are not its.

@@ -14,6 +14,7 @@
 use rayon::prelude::*;
 use std::ops::Range;
 
+use super::again::Before;
 use super::band::{self, Band, BandReach, LANES, Limits};
 use super::bins::{self, BinEntry, Bins};
 use crate::camera::Plane;
@@ -27,8 +28,9 @@ const TILE: u32 = 8;
 /// Changes after which a tile's bound is computed anew.
 const STALE: u32 = 8;
 
-/// Solves all lines of a frame: the opaque spans, and the segments of translucent faces before them.
-pub(super) fn solve(frame: &SpanImage) -> (Lines, Layers) {
+/// Solves all lines of a frame: the opaque spans, and the segments of translucent faces before them. Bands that are as
+/// they were before are taken from there.
+pub(super) fn solve(frame: &SpanImage, before: Option<&Before>) -> (Lines, Layers) {
     let lines = frame.plan().lines(&frame.rows());
     let bins = bins_of(frame, &lines, false);
     let has_layers = frame
@@ -46,6 +48,13 @@ pub(super) fn solve(frame: &SpanImage) -> (Lines, Layers) {
             || Solver::new(frame),
             |solver, number| {
                 watch.step();
+                let first = lines.start + number * LANES as u32;
+                let of_band = first..lines.end.min(first + LANES as u32);
+                let known = before.and_then(|before| before.band(number, of_band.clone()));
+                if let Some(known) = known {
+                    watch.count("lines as before", of_band.len() as u64);
+                    return known;
+                }
                 let band = Band::new(frame.view(), frame.plan(), &lines, number);
                 let faces = if watch.is_stopped() { &[][..] } else { bins.band(number) };
                 let opaque = solver.solve(&band, faces);

@@ -1,8 +1,10 @@
 //! What a scene knows of its faces: the colours and normals of fragments.
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, Vec3};
+use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
+mod alike;
 mod pictures;
 mod rays;
 
@@ -17,8 +19,8 @@ use super::mesh::Mesh;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{
-    Columns, Environment, Finish, Fragments, Local, Origin, PictureSet, Pictured, Provenance,
-    RayTarget, Surfaces, Uv,
+    Alike, Columns, Environment, Finish, Fragments, Local, Origin, PictureSet, Pictured,
+    Provenance, RayTarget, Surfaces, Uv,
 };
 use crate::key::Key;
 use crate::texture::Opened;
@@ -377,6 +379,11 @@ impl Surfaces for SceneSurfaces {
         let sides = sides_of(instance.geometry.mesh(), face, part);
         let number = bundle.unwrap_or_else(|| instance.material_of(sides, sees_front));
         self.scene.material_names[number as usize].clone()
+    }
+
+    fn alike(&self, before: &dyn Surfaces) -> Option<Alike> {
+        let before: &dyn Any = before;
+        Some(alike::alike(self, before.downcast_ref()?))
     }
 
     fn rays(&self) -> Option<&dyn RayTarget> {
