@@ -2,6 +2,7 @@
 
 mod again;
 mod algebra;
+mod bands;
 mod bent;
 mod billboards;
 mod cached;

@@ -72,6 +72,13 @@ pub(crate) struct Render {
     /// Compute this part of all pictures only. Without -o, it is written to a file of its own: NAME.X,Y,W,H.png.
     #[arg(long, value_name = "X,Y,W,H", value_parser = window)]
     pub(crate) window: Option<[u32; 4]>,
+    /// Make every picture in so many bands of rows, one after another, and join them: the same picture. Bands that others
+    /// made with --band are taken from the cache.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(crate) bands: Option<u32>,
+    /// Make one band of every picture, such as 3/8, store it in the cache, and write nothing: --bands 8 joins them.
+    #[arg(long, value_name = "K/N", value_parser = band, conflicts_with_all = ["bands", "no_cache"])]
+    pub(crate) band: Option<(u32, u32)>,
     /// Use this many threads. Default: one for each processor.
     #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
@@ -325,6 +332,9 @@ pub(crate) struct Submit {
     /// A folder for results that all machines of the farm share.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) cache: Option<PathBuf>,
+    /// Divide each frame into so many bands of rows, each a task of its own; a second step joins them exactly.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=1024), requires = "cache")]
+    pub(crate) bands: Option<u32>,
     /// Set a field of a node, or a parameter of the graph.
     #[arg(long, value_name = "NODE.FIELD=VALUE", value_parser = setting)]
     pub(crate) set: Vec<Setting>,
@@ -433,6 +443,12 @@ fn columns(text: &str) -> Result<[u32; 2], String> {
     numbers(text, ',')
         .and_then(|numbers| <[u32; 2]>::try_from(numbers).ok())
         .ok_or_else(|| "write from,to in pixels, such as 200,400".to_owned())
+}
+
+fn band(text: &str) -> Result<(u32, u32), String> {
+    let numbers = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+    let numbers = numbers.filter(|(k, n)| (1..=*n).contains(k) && *n <= 4096);
+    numbers.ok_or_else(|| "write which of how many, such as 3/8".to_owned())
 }
 
 fn window(text: &str) -> Result<[u32; 4], String> {

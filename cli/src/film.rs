@@ -9,7 +9,7 @@ use spandrel_engine::key::Key;
 use spandrel_engine::moment::Frames;
 use spandrel_engine::output;
 use spandrel_engine::store::Store;
-use spandrel_engine::values::{Delivery, Override};
+use spandrel_engine::values::{Bands, Delivery, Override};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -135,6 +135,10 @@ impl<'a> Film<'a> {
             size: self.args.size,
             scale: self.args.scale,
             window: self.args.window.map(|[x, y, width, height]| Window { x, y, width, height }),
+            bands: match self.args.band {
+                Some((number, of)) => Some(Bands { of, only: Some(number) }),
+                None => self.args.bands.map(|of| Bands { of, only: None }),
+            },
         };
         let mut wishes = Wishes::new();
         for shot in shots {
@@ -192,9 +196,8 @@ impl<'a> Film<'a> {
             at += shots.len();
             for shot in shots.iter().filter(|shot| !failed.contains(&shot.frame)) {
                 let seconds = clock.elapsed().as_secs_f64();
-                let files: Vec<String> = shot
-                    .writers
-                    .iter()
+                let files: Vec<String> = { shot.writers.iter() }
+                    .filter(|_| args.band.is_none())
                     .flat_map(|(_, files)| files)
                     .map(|file| output::tidy(file).display().to_string())
                     .collect();
@@ -218,6 +221,9 @@ impl<'a> Film<'a> {
 
     /// Notes and tells what was written.
     fn written(&self, shots: &[Shot], reports: &[NodeReport], done: &mut Done) {
+        if self.args.band.is_some() {
+            return;
+        }
         for shot in shots {
             for (node, files) in &shot.writers {
                 let is_it = |report: &&NodeReport| {
@@ -265,11 +271,16 @@ impl<'a> Film<'a> {
     }
 }
 
-/// A run that stores its results, if that is wanted. Without the folder pictures are the same, and take longer.
-fn run_of(args: &Render) -> Run {
+/// Where results are stored, if they are.
+pub(crate) fn cache_folder(args: &Render) -> Option<PathBuf> {
     let said = || std::env::var_os("SPANDREL_CACHE").filter(|folder| !folder.is_empty());
     let folder = args.cache.clone().or_else(|| said().map(PathBuf::from));
-    let Some(folder) = folder.filter(|_| !args.no_cache) else { return Run::new() };
+    folder.filter(|_| !args.no_cache)
+}
+
+/// A run that stores its results, if that is wanted. Without the folder pictures are the same, and take longer.
+fn run_of(args: &Render) -> Run {
+    let Some(folder) = cache_folder(args) else { return Run::new() };
     // Every build of a program has results of its own.
     let program =
         || -> std::io::Result<Key> { Key::of_file(std::fs::File::open(std::env::current_exe()?)?) };

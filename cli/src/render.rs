@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use crate::args::{Format, Render, Setting};
-use crate::film::Film;
+use crate::film::{self, Film};
 use crate::stats::{Done, Written};
 use crate::{check, exit, print, stats};
 
@@ -38,6 +38,13 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
     store().set_limit(args.textures);
     if let Some(bytes) = args.memory {
         cache().set_limit(bytes);
+    }
+    if args.band.is_some() && film::cache_folder(args).is_none() {
+        print::error(
+            "--band: a band is stored for the run that joins all: name a folder with --cache, and give the same to that \
+             run",
+        );
+        return Err(exit::USAGE);
     }
     let Prepared { graph, outputs, frames } = prepare(registry, args)?;
     let mut film = Film::new(args, graph, &outputs, &frames)?;
@@ -64,8 +71,8 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
         report(&film.intended()?);
         return Ok(());
     }
-    // What cannot be written is told before it is computed.
-    for shot in &film.shots {
+    // What cannot be written is told before it is computed. A band is not written.
+    for shot in film.shots.iter().filter(|_| args.band.is_none()) {
         for (node, files) in &shot.writers {
             for file in files {
                 let checked = output::check(file);
@@ -104,6 +111,9 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
         let frames = print::count(failed.len(), "frame");
         print::error(format!("{frames} failed: {}", list.join(",")));
         return Err(exit::SOME_FAILED);
+    }
+    if let Some((number, of)) = args.band {
+        print::chat(&format!("stored band {number} of {of}: --bands {of} joins them"));
     }
     print::chat(&format!("done in {}", print::seconds(done.seconds)));
     Ok(())

@@ -77,50 +77,58 @@ fn template(args: &Submit, tasks: &[String]) -> Json {
     let name = args.graph.file_stem().map_or("graph".into(), |stem| stem.to_string_lossy());
     let program = text("Program", "spandrel", "The program on the machines of the farm");
     let mut parameters = vec![graph, program];
-    let mut arguments =
-        vec!["render", "{{Param.Graph}}", "-F", "{{Task.Param.Frames}}", "--keep-going"];
-    let (jobs, memory) = (
-        args.jobs.map(|jobs| jobs.to_string()),
-        args.memory.map(|bytes| (bytes >> 20).to_string() + "M"),
-    );
-    if let Some(jobs) = &jobs {
-        arguments.extend(["-j", jobs]);
+    let mut arguments: Vec<String> =
+        ["render", "{{Param.Graph}}", "-F", "{{Task.Param.Frames}}", "--keep-going"]
+            .map(str::to_owned)
+            .into();
+    let mut amounts = Vec::new();
+    if let Some(jobs) = args.jobs {
+        arguments.extend(["-j".to_owned(), jobs.to_string()]);
+        amounts.push(json!({ "name": "amount.worker.vcpu", "min": jobs }));
     }
-    if let Some(memory) = &memory {
-        arguments.extend(["--memory", memory]);
+    if let Some(memory) = args.memory {
+        arguments.extend(["--memory".to_owned(), (memory >> 20).to_string() + "M"]);
+        // Beside what is kept, something is in use.
+        amounts.push(json!({ "name": "amount.worker.memory", "min": (memory >> 20) + 1024 }));
     }
     if let Some(cache) = &args.cache {
         let folder = absolute(cache).display().to_string();
         parameters.push(text("Cache", &folder, "A folder for results that all machines share"));
-        arguments.extend(["--cache", "{{Param.Cache}}"]);
+        arguments.extend(["--cache", "{{Param.Cache}}"].map(str::to_owned));
     }
-    let settings: Vec<String> = args.set.iter().map(|setting| setting.to_string()).collect();
-    for setting in &settings {
-        arguments.extend(["--set", setting]);
+    for setting in &args.set {
+        arguments.extend(["--set".to_owned(), setting.to_string()]);
     }
-    let arguments: Vec<String> = arguments.into_iter().map(str::to_owned).collect();
-    let mut step = json!({
-        "name": "Render",
-        "parameterSpace": { "taskParameterDefinitions": [
-            { "name": "Frames", "type": "STRING", "range": tasks },
-        ] },
-        "script": { "actions": { "onRun": { "command": "{{Param.Program}}", "args": arguments } } },
-    });
-    let mut amounts = Vec::new();
-    if let Some(jobs) = args.jobs {
-        amounts.push(json!({ "name": "amount.worker.vcpu", "min": jobs }));
-    }
-    if let Some(memory) = args.memory {
-        // Beside what is kept, something is in use.
-        amounts.push(json!({ "name": "amount.worker.memory", "min": (memory >> 20) + 1024 }));
-    }
-    if !amounts.is_empty() {
-        step["hostRequirements"] = json!({ "amounts": amounts });
-    }
+    let frames = json!({ "name": "Frames", "type": "STRING", "range": tasks });
+    let step = |name: &str, parameters: &[&Json], more: &[String]| {
+        let arguments = [&arguments[..], more].concat();
+        let action = json!({ "command": "{{Param.Program}}", "args": arguments });
+        let mut step = json!({
+            "name": name,
+            "parameterSpace": { "taskParameterDefinitions": parameters },
+            "script": { "actions": { "onRun": action } },
+        });
+        if !amounts.is_empty() {
+            step["hostRequirements"] = json!({ "amounts": amounts });
+        }
+        step
+    };
+    let steps = match args.bands {
+        None => vec![step("Render", &[&frames], &[])],
+        Some(bands) => {
+            let band = json!({ "name": "Band", "type": "INT", "range": format!("1-{bands}") });
+            let more = ["--band".to_owned(), format!("{{{{Task.Param.Band}}}}/{bands}")];
+            let render = step("Bands", &[&frames, &band], &more);
+            let more = ["--bands".to_owned(), bands.to_string()];
+            let mut join = step("Join", &[&frames], &more);
+            join["dependencies"] = json!([{ "dependsOn": "Bands" }]);
+            vec![render, join]
+        }
+    };
     json!({
         "specificationVersion": "jobtemplate-2023-09",
         "name": name,
         "parameterDefinitions": parameters,
-        "steps": [step],
+        "steps": steps,
     })
 }

@@ -73,7 +73,7 @@
 //!             let flopped = values.chunks(width).flat_map(|row| row.iter().rev().copied()).collect();
 //!             image.insert(name, Samples::Float(flopped))?;
 //!         }
-//!         Ok(wanted.part(image))
+//!         wanted.part(image)
 //!     }
 //! }
 //!

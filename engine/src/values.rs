@@ -202,6 +202,57 @@ pub struct Override {
     pub scale: Option<(f64, f64)>,
     /// The part that is computed.
     pub window: Option<Window>,
+    /// That it is computed in bands.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bands: Option<Bands>,
+}
+
+/// Pictures in bands of whole rows, so that several machines share the work. Bands are what a window of their rows
+/// would be, and joined they are the picture, bit for bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Bands {
+    /// How many there are, as equal as whole rows can be.
+    pub of: u32,
+    /// If only one is wanted, which, from 1 on. A picture is asked for one; who writes it asks for all and joins them.
+    pub only: Option<u32>,
+}
+
+impl Override {
+    /// The part of a picture or window that is wanted.
+    ///
+    /// # Errors
+    /// If it has fewer rows than there are bands.
+    pub fn part(&self, whole: Window) -> Result<Window> {
+        let window = self.window.unwrap_or(whole);
+        let Some(Bands { of, only: Some(number) }) = self.bands else { return Ok(window) };
+        if window.height < of {
+            return Err(Error::invalid(format!(
+                "a picture of {} rows has no {of} bands: take fewer",
+                window.height
+            )));
+        }
+        let row = |at: u32| (u64::from(window.height) * u64::from(at) / u64::from(of)) as u32;
+        let (top, bottom) = (row(number - 1), row(number));
+        Ok(Window { y: window.y + top, height: bottom - top, ..window })
+    }
+
+    /// What is to be asked for by whoever writes a picture: all bands, or one.
+    pub fn asked(&self) -> Vec<Override> {
+        match self.bands {
+            Some(Bands { of, only: None }) => { 1..=of }
+                .map(|number| {
+                    let bands = Some(Bands { of, only: Some(number) });
+                    Override { bands, ..self.clone() }
+                })
+                .collect(),
+            _ => vec![self.clone()],
+        }
+    }
+
+    /// Whether a part is made for others to join, and nothing is written.
+    pub fn is_for_others(&self) -> bool {
+        self.bands.is_some_and(|bands| bands.only.is_some())
+    }
 }
 
 /// What is asked of an [`Image`].
@@ -217,16 +268,18 @@ impl PictureDemand {
     /// The same of the whole picture, for what looks around each pixel.
     #[must_use]
     pub fn whole(&self) -> PictureDemand {
-        let changed = Override { window: None, ..self.changed.clone() };
+        let changed = Override { window: None, bands: None, ..self.changed.clone() };
         PictureDemand { channels: self.channels.clone(), changed }
     }
 
     /// The part of a whole picture that is asked for.
-    pub fn part(&self, image: Image) -> Image {
-        match self.changed.window {
-            Some(window) => image.cropped(window),
-            None => image,
-        }
+    ///
+    /// # Errors
+    /// As [`Override::part`].
+    pub fn part(&self, image: Image) -> Result<Image> {
+        let whole = Window::whole(image.size.0, image.size.1);
+        let part = self.changed.part(whole)?;
+        Ok(if part == whole { image } else { image.cropped(part) })
     }
 
     /// What visibility is solved for and what is shown of it, of a picture of a size, a scale and a window of
@@ -244,15 +297,18 @@ impl PictureDemand {
         let raster = Raster::new(width, height)?;
         let whole = Framing::scaled(raster, self.changed.scale.unwrap_or(scale).into())?;
         let all = Window::whole(whole.columns.end, whole.rows.end);
-        let window = self.changed.window.or(window).unwrap_or(all);
+        let window = self.changed.part(window.unwrap_or(all))?;
         Ok((raster, whole.cut(window)?))
     }
 }
 
 impl Demand for PictureDemand {
     fn cover(&mut self, other: &PictureDemand) -> bool {
-        let fits =
-            (self.changed.size, self.changed.scale) == (other.changed.size, other.changed.scale);
+        let how = |demand: &PictureDemand| {
+            let Override { size, scale, bands, .. } = demand.changed;
+            (size, scale, bands)
+        };
+        let fits = how(self) == how(other);
         if fits {
             self.channels.extend(&other.channels);
             // No window is the whole picture.

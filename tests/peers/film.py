@@ -5,6 +5,8 @@
     python film.py SPANDREL memory OUT.svg      memory of a film of a thousand frames, frame by frame
     python film.py SPANDREL crowd [SECONDS]     16 processes on one cache, killed at random
     python film.py SPANDREL blur                motion blur at 4 to 32 moments against 64 (needs OpenEXR)
+    python film.py SPANDREL share               what is made anew where little changes
+    python film.py SPANDREL farm OPENJD         jobs of frames and of bands, by the farm's own program
 
 SPANDREL is the program, built with --release. Everything is written to a folder of its own.
 """
@@ -13,6 +15,8 @@ import hashlib
 import json
 import os
 import random
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -163,9 +167,89 @@ def blur(spandrel):
         print(f"64 moments: {seconds[64]:.2f} s")
 
 
+def share(spandrel):
+    """The second of two frames of the town, where little is another than in the first."""
+    still = TOWN.read_text().replace("time * 0.05", "0")
+    cars = (TOWN.parent / "assets/town/driving.ron").read_text()
+    houses = (TOWN.parent / "assets/town/buildings.ron").read_text()
+    moves = re.compile(r"Curve\(keys: \[\(1, (-?\d+)\).*?\)\)")
+    parked = lambda text: moves.sub(r"\1)", text)
+    first = moves.search(cars).end()
+    sign = """(name: "sign", material: "cream", shape: Polygon(outline: [(-6, 5, -8), (-4, 5, -8), (-4, Expr("6 + frame * 0.2"), -8), (-6, 6, -8)])),"""
+    at = houses.index("children: [", houses.index("root:")) + len("children: [")
+    signed = houses[:at] + sign + houses[at:]
+    cases = {
+        "nothing": ({}, still),
+        "the weather": ({"clear": 'Expr("frame / 4")'}, still),
+        "one car drives": ({}, still, cars[:first] + parked(cars[first:])),
+        "all cars drive": ({}, still, cars),
+        "a corner of one face": ({}, still, parked(cars), signed),
+        "the sun": ({}, still.replace("direction: (-0.72", 'direction: (Expr("-0.72 + frame / 50")')),
+        "zoom and pan": ({}, still.replace("lines: Ref", 'scale: (Expr("1 + frame / 8"), Expr("1 + frame / 8")), pan: (Expr("-9 * frame"), 0), lines: Ref')),
+    }
+    print("| what changes | lines rendered | shadows found | rows resolved | bytes of values | time |")
+    print("|---|---|---|---|---|---|")
+    for name, (settings, graph, *scenes) in cases.items():
+        with tempfile.TemporaryDirectory() as folder:
+            folder = Path(folder)
+            shutil.copytree(TOWN.parent / "assets", folder / "graphs" / "assets")
+            (folder / "graphs/town.ron").write_text(graph)
+            for file, text in zip(["driving", "buildings"], scenes or [parked(cars)]):
+                (folder / f"graphs/assets/town/{file}.ron").write_text(text)
+            settings = {"clear": "0.5", "autumn": "0.5"} | settings
+            settings = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
+            command = [spandrel, "render", folder / "graphs/town.ron", "-q", "-F", "1-2", *settings, "-o", folder / "f.####.png"]
+            done = subprocess.run([str(a) for a in [*command, "--stats=json"]], check=True, capture_output=True, text=True)
+            nodes = json.loads(done.stdout)["nodes"]
+            done = subprocess.run([str(a) for a in [*command, "--json"]], check=True, capture_output=True, text=True)
+            events = [json.loads(line) for line in done.stdout.splitlines()]
+            seconds = [event["seconds"] for event in events if event["event"] == "frame"]
+            made = lambda frame: [n for n in nodes if n["frame"] == frame and n["outcome"] == "evaluated"]
+            start = [n for n in nodes if n["frame"] in (None, 1) and n["outcome"] == "evaluated"]
+            total = lambda nodes, fact: sum(n["facts"].get(fact, 0) for n in nodes)
+            rendered = [n for n in made(2) if n["kind"] == "Scanline"]
+            lines = len(rendered) * 810 - total(rendered, "lines as before")
+            patches = total(made(2), "shadow patches") - total(made(2), "shadow patches as before")
+            resolved = [n for n in made(2) if n["kind"] == "Resolve"]
+            rows = len(resolved) * 270 - total(resolved, "rows as before")
+            of = sum(n["kind"] == "Scanline" for n in start) * 810
+            kept = sum(n["bytes"] for n in made(2)) / sum(n["bytes"] for n in start)
+            now = f"{seconds[1] / seconds[0]:.1%}" if len(seconds) > 1 else "not made"
+            print(
+                f"| {name} | {lines / of:.1%} | {patches / total(start, 'shadow patches'):.1%} | {rows / 270:.1%} |"
+                f" {kept:.1%} | {now} |"
+            )
+
+
+def farm(spandrel, openjd):
+    """Jobs are what the farm's own program takes, and what it makes of them is what one run makes."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        frames = ["-F", "1-4", "--chunk", "2", "--set", "picture.size=(96, 54)"]
+        # Written where the graph says, into a copy.
+        shutil.copytree(TOWN.parent, folder / "graphs")
+        town = folder / "graphs/cg_town.ron"
+        picture = lambda: {file.name: file.read_bytes() for file in sorted((folder / "out").glob("cg_town.*.png"))}
+        run([spandrel, "render", town, "-q", "-F", "1-4", "--set", "picture.size=(96, 54)"])
+        right = picture()
+        for more, steps in [([], ["Render"]), (["--bands", "3"], ["Bands", "Join"])]:
+            shutil.rmtree(folder / "out")
+            job = folder / "graphs/job.json"
+            run([spandrel, "submit", town, *frames, "--cache", folder / "cache", *more, "-o", job], stderr=subprocess.DEVNULL)
+            run([openjd, "check", job], stdout=subprocess.DEVNULL)
+            for step in steps:
+                parameters = ["-p", f"Program={spandrel}", "-p", "Graph=cg_town.ron"]
+                run([openjd, "run", job, "--step", step, *parameters], stdout=subprocess.DEVNULL)
+            assert picture() == right and len(right) == 4, more
+            print(f"a job of the steps {', '.join(steps)} makes the same four pictures")
+            shutil.rmtree(folder / "cache")
+
+
 if __name__ == "__main__":
-    commands = {"sheet": sheet, "times": times, "memory": memory, "crowd": crowd, "blur": blur}
+    commands = {f.__name__: f for f in [sheet, times, memory, crowd, blur, share, farm]}
     if len(sys.argv) < 3 or sys.argv[2] not in commands:
         sys.exit(__doc__)
-    rest = sys.argv[3:] or (["300"] if sys.argv[2] == "crowd" else [])
-    commands[sys.argv[2]](os.path.abspath(sys.argv[1]), *[float(a) if sys.argv[2] == "crowd" else a for a in rest])
+    rest = sys.argv[3:]
+    if sys.argv[2] == "crowd":
+        rest = [float(*rest)] if rest else [300]
+    commands[sys.argv[2]](os.path.abspath(sys.argv[1]), *rest)

@@ -222,6 +222,34 @@ impl Coded {
         Coded { size, layout: self.layout.clone(), codes, coding: self.coding.clone() }
     }
 
+    /// Pictures of one width below each other; `None` if they are not coded alike.
+    pub(super) fn joined(parts: &[&Coded]) -> Option<Coded> {
+        let first = parts.first()?;
+        let is_alike = |part: &&Coded| {
+            part.size.0 == first.size.0
+                && part.layout == first.layout
+                && part.coding.is(&first.coding)
+        };
+        if !parts.iter().all(is_alike) {
+            return None;
+        }
+        let bytes = parts.iter().map(|part| match &part.codes {
+            Codes::Bytes(codes) => Some(&**codes),
+            Codes::Words(_) => None,
+        });
+        let words = parts.iter().map(|part| match &part.codes {
+            Codes::Words(codes) => Some(&**codes),
+            Codes::Bytes(_) => None,
+        });
+        let codes = match bytes.collect::<Option<Vec<&[u8]>>>() {
+            Some(bytes) => Codes::Bytes(bytes.concat()),
+            None => Codes::Words(words.collect::<Option<Vec<&[u16]>>>()?.concat()),
+        };
+        let height = parts.iter().map(|part| part.size.1).sum();
+        let size = (first.size.0, height);
+        Some(Coded { size, layout: first.layout.clone(), codes, coding: first.coding.clone() })
+    }
+
     /// The picture upright, as its camera says that it is held.
     #[must_use]
     pub(super) fn upright(self, orientation: Orientation) -> Coded {

@@ -48,6 +48,13 @@ pub struct Coding {
 static SRGB: LazyLock<Curve> = LazyLock::new(|| Curve::new(decode_srgb));
 
 impl Coding {
+    /// Whether codes become the same colours.
+    pub(super) fn is(&self, other: &Coding) -> bool {
+        let mut curves = self.curves.iter().zip(&other.curves);
+        curves.all(|(a, b)| a.is(b) || a.words == b.words)
+            && (&self.matrix, &self.note) == (&other.matrix, &other.note)
+    }
+
     /// sRGB.
     pub fn srgb() -> Coding {
         Coding { curves: [(); 3].map(|()| SRGB.clone()), matrix: None, note: None }

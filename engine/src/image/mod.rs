@@ -246,6 +246,41 @@ impl Image {
         part
     }
 
+    /// Bands of one picture as one, from the top down.
+    ///
+    /// # Errors
+    /// If they are not of one picture, or do not stand one below the other.
+    pub fn joined(bands: &[&Image]) -> Result<Image> {
+        let [first, rest @ ..] = bands else { return Err(Error::invalid("no bands")) };
+        let mut window = first.window;
+        for band in rest {
+            let Window { x, y, width, height } = band.window;
+            let is_next = (x, y, width) == (window.x, window.y + window.height, window.width)
+                && band.size == first.size
+                && band.channels.keys().eq(first.channels.keys());
+            if !is_next {
+                return Err(Error::invalid(format!(
+                    "bands of one picture stand one below the other: {} does not follow on {window}",
+                    band.window
+                )));
+            }
+            window.height += height;
+        }
+        let mut joined = Image { window, channels: BTreeMap::new(), ..(*first).clone() };
+        for band in rest {
+            joined.names.extend(band.names.iter().map(|(id, name)| (*id, name.clone())));
+            for (what, number) in &band.counts {
+                *joined.counts.entry(what).or_default() += number;
+            }
+        }
+        let mut known: Vec<(*const Coded, Arc<Coded>)> = Vec::new();
+        for name in first.channels.keys() {
+            let parts: Vec<&Samples> = bands.iter().map(|band| &band.channels[name]).collect();
+            joined.insert(name, Samples::joined(&parts, &mut known))?;
+        }
+        Ok(joined)
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         let coded = self.coded().map_or(0, |coded| coded.bytes());

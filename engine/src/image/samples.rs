@@ -186,6 +186,54 @@ impl Samples {
         }
     }
 
+    /// One after another. Channels share what is `known` of coded pixels.
+    pub(super) fn joined(
+        parts: &[&Samples],
+        known: &mut Vec<(*const Coded, Arc<Coded>)>,
+    ) -> Samples {
+        // What all have in one form keeps it.
+        fn all<'s, T: Clone + 's>(
+            parts: &[&'s Samples],
+            of: impl Fn(&'s Samples) -> Option<&'s [T]>,
+        ) -> Option<Vec<T>> {
+            let parts: Option<Vec<&[T]>> = parts.iter().map(|part| of(part)).collect();
+            parts.map(|parts| parts.concat())
+        }
+        let ids = |part: &'_ Samples| matches!(part, Samples::Id(_));
+        if parts.iter().all(|part| ids(part)) {
+            let ids = parts.iter().filter_map(|part| match part {
+                Samples::Id(ids) => Some(&**ids),
+                _ => None,
+            });
+            return Samples::Id(ids.collect::<Vec<&[u32]>>().concat());
+        }
+        if let Some(halves) = all(parts, Samples::halves) {
+            return Samples::half(halves);
+        }
+        let exact = |part| Samples::is_exact(part).then(|| part.floats()).flatten();
+        if let Some(exact) = all(parts, exact) {
+            return Samples::exact(exact);
+        }
+        let coded: Option<Vec<(&Arc<Coded>, usize)>> =
+            parts.iter().map(|part| part.coded()).collect();
+        if let Some(coded) = coded
+            && let Some(first) = coded.first()
+        {
+            let made = known.iter().find(|(of, _)| *of == Arc::as_ptr(first.0));
+            let made = made.map(|(_, made)| made.clone()).or_else(|| {
+                let of: Vec<&Coded> = coded.iter().map(|(coded, _)| &***coded).collect();
+                let made = Arc::new(Coded::joined(&of)?);
+                known.push((Arc::as_ptr(first.0), made.clone()));
+                Some(made)
+            });
+            if let Some(made) = made {
+                return Samples::of_coded(&made, first.1);
+            }
+        }
+        let floats = parts.iter().filter_map(|part| part.floats());
+        Samples::Float(floats.collect::<Vec<&[f32]>>().concat())
+    }
+
     /// Bytes held, but for coded pixels, which channels share.
     pub(super) fn bytes(&self) -> usize {
         match self {

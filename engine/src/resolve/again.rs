@@ -189,9 +189,8 @@ impl Matched {
     /// Whether a shadow of something that moved may fall on what is seen on lines.
     fn is_reached(&self, image: &SpanImage, lines: std::ops::Range<u32>) -> bool {
         let raster = image.view().raster();
-        let mut seen: Vec<Option<[DVec3; 2]>> = vec![None; self.moved.len()];
-        // Each face has many spans.
-        let mut extents: HashMap<FaceId, Extent> = HashMap::new();
+        // Each face has many spans: how far left and right they reach, and up and down.
+        let mut seen: HashMap<FaceId, [[f64; 2]; 2]> = HashMap::new();
         for k in lines {
             let y = image.y(k);
             let line = image.lines().line(k);
@@ -200,24 +199,23 @@ impl Matched {
             let layers = image.layers().line(k).iter();
             let layers = layers.map(|segment| (segment.face, segment.start, segment.end));
             for (face, start, end) in opaque.chain(layers).filter(|(face, ..)| face.is_some()) {
-                let (source, place) = image.locate(face);
-                if self.moved[source].is_empty() {
-                    continue;
-                }
-                let extent = extents
-                    .entry(face)
-                    .or_insert_with(|| Extent::of(&image.sources()[source], place));
-                let part = [raster.pixels(start), raster.pixels(end)];
-                let Some(points) = extent.around(image.view(), part, y) else { return true };
-                for point in points {
-                    let [low, high] = seen[source].get_or_insert([point, point]);
-                    (*low, *high) = (low.min(point), high.max(point));
-                }
+                let [from, to] = [raster.pixels(start), raster.pixels(end)];
+                let [across, down] = seen.entry(face).or_insert([[from, to], [y, y]]);
+                *across = [across[0].min(from), across[1].max(to)];
+                *down = [down[0].min(y), down[1].max(y)];
             }
         }
-        let mut all = seen.iter().zip(&self.moved);
-        all.any(|(seen, moved)| {
-            seen.is_some_and(|seen| moved.iter().any(|caster| caster.may_shade(seen)))
+        seen.into_iter().any(|(face, [across, down])| {
+            let (source, place) = image.locate(face);
+            let moved = &self.moved[source];
+            if moved.is_empty() {
+                return false;
+            }
+            let extent = Extent::of(&image.sources()[source], place);
+            let Some(points) = extent.around(image.view(), across, down) else { return true };
+            let low = points.into_iter().fold(DVec3::INFINITY, DVec3::min);
+            let high = points.into_iter().fold(DVec3::NEG_INFINITY, DVec3::max);
+            moved.iter().any(|caster| caster.may_shade([low, high]))
         })
     }
 }
@@ -246,12 +244,12 @@ impl Extent {
         extent
     }
 
-    /// Points of the world around what may be seen of the face near a part of a line; `None` if that has no end.
-    fn around(&self, view: &View, part: [f64; 2], y: f64) -> Option<[DVec3; 8]> {
+    /// Points of the world around what may be seen of the face near a part of the screen; `None` if that has no end.
+    fn around(&self, view: &View, x: [f64; 2], y: [f64; 2]) -> Option<[DVec3; 8]> {
         // A fragment lies within a pixel and a row of the cells and the line on which it was found, and within its face.
         let within = |value: f64, [low, high]: [f64; 2]| value.max(low).min(high);
-        let x = [part[0] - 1.0, part[1] + 1.0].map(|x| within(x, self.x));
-        let y = [y - 1.0, y + 1.0].map(|y| within(y, self.y));
+        let x = [x[0] - 1.0, x[1] + 1.0].map(|x| within(x, self.x));
+        let y = [y[0] - 1.0, y[1] + 1.0].map(|y| within(y, self.y));
         let corners = [(x[0], y[0]), (x[1], y[0]), (x[0], y[1]), (x[1], y[1])];
         let depths = corners.map(|(x, y)| within(self.plane.depth(x, y), self.rho));
         let least = depths.into_iter().fold(f64::INFINITY, f64::min);

@@ -50,7 +50,7 @@ impl Node for Blur {
     fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let image = inputs.get(&self.image);
         let blurred = picture::blur(&image, self.radius * f64::from(image.size.1))?;
-        Ok(wanted.part(blurred))
+        wanted.part(blurred)
     }
 
     fn passes(&self) -> Option<&Link<Image>> {

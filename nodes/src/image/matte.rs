@@ -115,11 +115,11 @@ impl Node for Matte {
             let what = if pulled.shares[0] == 0.0 { "background" } else { "subject" };
             inputs.warn(&format!("no pixel is surely {what}: the keys' numbers do not fit"));
         }
-        let Some(color) = self.preview else { return Ok(wanted.part(pulled.subject)) };
+        let Some(color) = self.preview else { return wanted.part(pulled.subject) };
         let mut ground = Image::new(image.size, image.window);
         for (name, value) in [("R", color.r), ("G", color.g), ("B", color.b), ("A", 1.0)] {
             ground.insert(name, Samples::Float(vec![value; image.window.area()]))?;
         }
-        Ok(wanted.part(picture::composite(&pulled.subject, &ground, Operator::Over)?))
+        wanted.part(picture::composite(&pulled.subject, &ground, Operator::Over)?)
     }
 }

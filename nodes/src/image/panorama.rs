@@ -57,6 +57,6 @@ impl Node for Panorama {
 
     fn evaluate(&self, wanted: &PictureDemand, inputs: &Inputs<'_>) -> Result<Image> {
         let image = inputs.get(&self.image);
-        Ok(wanted.part(background::panorama(&image, self.rows)?))
+        wanted.part(background::panorama(&image, self.rows)?)
     }
 }

@@ -66,6 +66,6 @@ impl Node for Quantize {
             given => Palette::Given(given.to_vec()),
         };
         let made = picture::quantize(&inputs.get(&self.image), &palette, self.dither)?;
-        Ok(wanted.part(made))
+        wanted.part(made)
     }
 }

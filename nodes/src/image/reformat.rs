@@ -114,6 +114,6 @@ impl Node for Reformat {
             turn: self.turn.to_radians(),
             filter: self.filter,
         };
-        Ok(wanted.part(reformat.apply(&image)?))
+        wanted.part(reformat.apply(&image)?)
     }
 }

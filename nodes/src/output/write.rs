@@ -129,14 +129,24 @@ impl Node for Write {
     }
 
     fn demand(&self, wanted: &Override, upstream: &mut Upstream<'_>) -> Result<()> {
-        let (channels, changed) = (self.asked(), wanted.clone());
-        upstream.ask(&self.image, PictureDemand { channels, changed });
+        for changed in wanted.asked() {
+            upstream.ask(&self.image, PictureDemand { channels: self.asked(), changed });
+        }
         Ok(())
     }
 
     fn evaluate(&self, wanted: &Override, inputs: &Inputs<'_>) -> Result<Delivery> {
-        let mut image = inputs.get(&self.image);
+        let bands: Vec<Arc<Image>> = inputs.each(&self.image).collect();
         let path = self.path.under(inputs.directory());
+        if wanted.is_for_others() {
+            return Ok(Delivery { path, bytes: 0 });
+        }
+        let mut image = match &bands[..] {
+            [whole] => whole.clone(),
+            bands => {
+                Arc::new(Image::joined(&bands.iter().map(|band| &**band).collect::<Vec<_>>())?)
+            }
+        };
         if let Some(window) = wanted.window
             && window != image.window
         {

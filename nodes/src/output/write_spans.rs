@@ -94,6 +94,7 @@ impl Node for WriteSpans {
         let (width, height) = wanted.size.unwrap_or(self.size);
         let raster = Raster::new(width, height)?;
         let rows = match wanted.window {
+            _ if wanted.is_for_others() => 0..0,
             Some(window) => {
                 window.y.min(height)..(window.y.saturating_add(window.height)).min(height)
             }
@@ -106,8 +107,12 @@ impl Node for WriteSpans {
         Ok(())
     }
 
-    fn evaluate(&self, _: &Override, inputs: &Inputs<'_>) -> Result<Delivery> {
+    fn evaluate(&self, wanted: &Override, inputs: &Inputs<'_>) -> Result<Delivery> {
         let path = self.path.under(inputs.directory());
+        // Spans are written whole, by whoever joins the bands of pictures.
+        if wanted.is_for_others() {
+            return Ok(Delivery { path, bytes: 0 });
+        }
         let scenes = match self.scenes {
             Scenes::ByPath => span_file::Scenes::ByPath,
             Scenes::Embedded => span_file::Scenes::Embedded,
