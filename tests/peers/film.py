@@ -238,7 +238,7 @@ def farm(spandrel, openjd):
             run([spandrel, "submit", town, *frames, "--cache", folder / "cache", *more, "-o", job], stderr=subprocess.DEVNULL)
             run([openjd, "check", job], stdout=subprocess.DEVNULL)
             for step in steps:
-                parameters = ["-p", f"Program={spandrel}", "-p", "Graph=cg_town.ron"]
+                parameters = ["-p", f"Program={spandrel}"]
                 run([openjd, "run", job, "--step", step, *parameters], stdout=subprocess.DEVNULL)
             assert picture() == right and len(right) == 4, more
             print(f"a job of the steps {', '.join(steps)} makes the same four pictures")
