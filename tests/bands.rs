@@ -1,5 +1,6 @@
 //! Bands of a picture, made apart and joined: by one run, or by several that share a cache.
 
+use spandrel_engine::image::{Image, Samples, Window, file};
 use spandrel_tests::program::{Ran, Scratch, run};
 use std::path::Path;
 
@@ -30,10 +31,15 @@ const GRAPH: &str = r#"Graph(nodes: {
     "blurred": Write(image: "soft", path: "out/soft.png"),
     "plate": Read(file: "plate.png"),
     "copied": Write(image: "plate", path: "out/plate.png"),
+    "holed": Read(file: "holed.exr"),
+    "kept": Write(image: "holed", path: "out/holed.exr"),
+    "over": Over(front: "holed", back: "small"),
+    "small": Read(file: "small.exr"),
+    "both": Write(image: "over", path: "out/both.exr"),
     "spans": WriteSpans(image: "seen", size: (40, 31), path: "out/seen.span"),
 })"#;
 
-const FILES: [&str; 4] = ["all.exr", "soft.png", "plate.png", "seen.span"];
+const FILES: [&str; 6] = ["all.exr", "soft.png", "plate.png", "holed.exr", "both.exr", "seen.span"];
 
 fn scratch(name: &str) -> Scratch {
     let scratch = Scratch::new(name);
@@ -42,6 +48,19 @@ fn scratch(name: &str) -> Scratch {
     write("g.ron", GRAPH);
     let pixel = |x: u32, y: u32| image::Rgb([x as u8 * 9, y as u8 * 8, 77]);
     image::RgbImage::from_fn(20, 23, pixel).save(scratch.path().join("plate.png")).unwrap();
+    // Two that hold a part of their picture only, in other places.
+    let held = [
+        ("holed", Window { x: 3, y: 7, width: 9, height: 4 }),
+        ("small", Window { x: 8, y: 15, width: 6, height: 5 }),
+    ];
+    for (name, window) in held {
+        let mut picture = Image::new((30, 26), window);
+        for (channel, value) in [("R", 0.25), ("G", 0.5), ("B", 0.125), ("A", 0.5)] {
+            let values = (0..window.area()).map(|at| value * (1.0 + at as f32 / 64.0)).collect();
+            picture.insert(channel, Samples::Float(values)).unwrap();
+        }
+        file::write(&picture, &scratch.path().join(format!("{name}.exr")), Some(32)).unwrap();
+    }
     scratch
 }
 

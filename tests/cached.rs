@@ -2,7 +2,7 @@
 
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
-use spandrel_engine::graph::evaluate::{Evaluated, Outcome, Progress};
+use spandrel_engine::graph::report::{Evaluated, Outcome, Progress};
 use spandrel_engine::graph::{Graph, Run, Schedule, Stored};
 use spandrel_engine::image::{Channel, Image, Window};
 use spandrel_engine::key::Key;

@@ -8,7 +8,7 @@
 use image::RgbaImage;
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
-use spandrel_engine::graph::evaluate::Progress;
+use spandrel_engine::graph::report::Progress;
 use spandrel_engine::graph::{Graph, Run, Schedule};
 use spandrel_engine::image::{Channel, Image, file};
 use spandrel_engine::values::{Override, PictureDemand};

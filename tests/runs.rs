@@ -4,7 +4,7 @@ use spandrel_engine::Error;
 use spandrel_engine::cache::Cache;
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
-use spandrel_engine::graph::evaluate::{NodeReport, Outcome, Progress};
+use spandrel_engine::graph::report::{NodeReport, Outcome, Progress};
 use spandrel_engine::graph::value::Demand;
 use spandrel_engine::graph::{Graph, Inputs, Link, Node, Run, Schedule, Upstream, Value};
 use spandrel_engine::image::{Channel, Image};

@@ -49,9 +49,13 @@ impl<'a> Film<'a> {
         for (number, frame) in frames.as_slice().iter().enumerate() {
             let mut writers = Vec::new();
             for id in outputs.iter().filter(|id| number == 0 || varies(id)) {
-                let files = graph.writes(id, *frame as f64).map_err(|error| {
+                let mut files = graph.writes(id, *frame as f64).map_err(|error| {
                     fail(args, Some(*frame), &Failure { node: id.clone(), error })
                 })?;
+                if args.band.is_some() {
+                    // A band is stored, and not written.
+                    files.clear();
+                }
                 for file in files.iter().filter(|file| !output::is_standard(file)) {
                     let Some(first) = written.insert(output::real(file), *frame) else { continue };
                     print::error(format!(
@@ -197,7 +201,6 @@ impl<'a> Film<'a> {
             for shot in shots.iter().filter(|shot| !failed.contains(&shot.frame)) {
                 let seconds = clock.elapsed().as_secs_f64();
                 let files: Vec<String> = { shot.writers.iter() }
-                    .filter(|_| args.band.is_none())
                     .flat_map(|(_, files)| files)
                     .map(|file| output::tidy(file).display().to_string())
                     .collect();
@@ -221,9 +224,6 @@ impl<'a> Film<'a> {
 
     /// Notes and tells what was written.
     fn written(&self, shots: &[Shot], reports: &[NodeReport], done: &mut Done) {
-        if self.args.band.is_some() {
-            return;
-        }
         for shot in shots {
             for (node, files) in &shot.writers {
                 let is_it = |report: &&NodeReport| {

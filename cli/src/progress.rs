@@ -2,7 +2,7 @@
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use spandrel_engine::graph::NodeReport;
-use spandrel_engine::graph::evaluate::{Outcome, Progress};
+use spandrel_engine::graph::report::{Outcome, Progress};
 use spandrel_engine::watch::Watch;
 use std::collections::HashSet;
 use std::io::IsTerminal;

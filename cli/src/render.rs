@@ -71,8 +71,8 @@ fn render(registry: &Registry, args: &Render, done: &mut Done) -> Result<(), u8>
         report(&film.intended()?);
         return Ok(());
     }
-    // What cannot be written is told before it is computed. A band is not written.
-    for shot in film.shots.iter().filter(|_| args.band.is_none()) {
+    // What cannot be written is told before it is computed.
+    for shot in &film.shots {
         for (node, files) in &shot.writers {
             for file in files {
                 let checked = output::check(file);

@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 use spandrel_engine::graph::demand::Asked;
-use spandrel_engine::graph::evaluate::Outcome;
+use spandrel_engine::graph::report::Outcome;
 use spandrel_engine::graph::{Graph, NodeReport, Schedule};
 use spandrel_engine::output;
 use std::fmt::Write;

@@ -188,11 +188,12 @@ impl Shelf {
         watch.kept()
     }
 
-    /// Keeps an item instead of what is kept under its key, unless it would take the place of much else.
+    /// Keeps an item instead of what is kept under its key, unless it would take the place of much else. What was made
+    /// quickly because much of it was known is as dear as that was.
     pub(crate) fn renew(&self, (key, part): (Key, u32), item: Kept, bytes: usize, seconds: f64) {
-        self.remove(key, part);
+        let before = self.remove(key, part).unwrap_or(0.0);
         if bytes <= self.cache.limit() / 8 {
-            self.put(key, part, item, bytes, seconds);
+            self.put(key, part, item, bytes, seconds.max(before));
         }
     }
 
@@ -249,15 +250,17 @@ impl Shelf {
         made
     }
 
-    /// Drops what is kept under a key, of a part.
-    pub fn remove(&self, key: Key, part: u32) {
+    /// Drops what is kept under a key, of a part; returns the seconds that it took to make.
+    pub fn remove(&self, key: Key, part: u32) -> Option<f64> {
         let mut held = self.cache.held();
-        let items = held.shelves.get_mut(&self.number);
-        let Some(entry) = items.and_then(|items| items.remove(&(key, part))) else { return };
+        let entry = held.shelves.get_mut(&self.number)?.remove(&(key, part))?;
         held.kept -= entry.bytes;
         held.order.remove(&entry.place);
         drop(held);
+        let seconds = entry.seconds_per_byte * entry.bytes as f64;
+        // It may own a shelf, whose end takes the lock.
         drop(entry);
+        Some(seconds)
     }
 
     /// Drops what nobody asked for or put here since this was called last.
@@ -269,7 +272,9 @@ impl Shelf {
         let old: Vec<(Key, u32)> =
             items.filter(|(_, entry)| entry.place.1 < last).map(|(key, _)| *key).collect();
         drop(held);
-        old.into_iter().for_each(|(key, part)| self.remove(key, part));
+        for (key, part) in old {
+            let _ = self.remove(key, part);
+        }
     }
 
     /// Bytes that are kept.

@@ -337,8 +337,7 @@ impl Value for Image {
     }
 
     fn facts(&self) -> Vec<(&'static str, u64)> {
-        let counts = self.counts.iter().map(|(what, number)| (*what, *number));
-        std::iter::once(("pixels", self.window.area() as u64)).chain(counts).collect()
+        vec![("pixels", self.window.area() as u64)]
     }
 }
 

@@ -14,6 +14,7 @@ use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::stream::noise;
 use spandrel_engine::texture::store;
+use spandrel_engine::watch::Watch;
 use spandrel_tests::lights::{illuminate, sun};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -104,8 +105,10 @@ fn measure(folder: &Path, limit: usize) {
     let image = street(folder);
     let framing = Framing::scaled(image.view().raster(), DVec2::ONE).expect("a frame");
     let start = Instant::now();
-    let picture =
-        resolve(&image, RULE, &framing, &BTreeSet::from([Channel::Color])).expect("pixels");
+    let watch = Watch::new();
+    let picture = watch
+        .run(|| resolve(&image, RULE, &framing, &BTreeSet::from([Channel::Color])))
+        .expect("pixels");
     let seconds = start.elapsed().as_secs_f64();
     if std::env::var_os("SHOW").is_some() {
         file::write(&picture, &folder.join("street.png"), None).expect("a file");
@@ -117,7 +120,7 @@ fn measure(folder: &Path, limit: usize) {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
     let peak = peak.and_then(|line| line.trim().strip_suffix(" kB")?.parse::<f64>().ok());
-    let passes = picture.counts.get("passes for pictures on surfaces").copied().unwrap_or(1);
+    let passes = watch.counts().get("passes for pictures on surfaces").copied().unwrap_or(1);
     let report = store().report();
     println!(
         "| {} MB | {passes} | {} of {} | {:.0} MB | {:.0} MB | {seconds:.2} s | {} |",

@@ -6,6 +6,7 @@
     python film.py SPANDREL crowd [SECONDS]     16 processes on one cache, killed at random
     python film.py SPANDREL blur                motion blur at 4 to 32 moments against 64 (needs OpenEXR)
     python film.py SPANDREL share               what is made anew where little changes
+    python film.py SPANDREL lines OUT.png       a frame by three line rules (needs Pillow)
     python film.py SPANDREL farm OPENJD         jobs of frames and of bands, by the farm's own program
 
 SPANDREL is the program, built with --release. Everything is written to a folder of its own.
@@ -99,29 +100,33 @@ def memory(spandrel, out):
 
 def crowd(spandrel, seconds):
     """Processes that share a cache, some of which are killed: every picture that is whole is right."""
-    limit = 8 << 20
+    # Less than there is to store: much has to go for what comes.
+    limit = 4 << 20
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        graph = ["render", str(TOWN), "-q", "--size", "120x68", "-j", "1"]
+        graph = ["render", str(TOWN), "-q", "--size", "96x54", "-j", "1"]
         hash_of = lambda path: hashlib.sha256(path.read_bytes()).hexdigest()
-        run([spandrel, *graph, "-F", "1-24", "-o", folder / "right.####.png"])
-        right = {frame: hash_of(folder / f"right.{frame:04}.png") for frame in range(1, 25)}
+        skies = [0.1, 0.4, 0.7, 1]
+        right = {}
+        for sky in skies:
+            run([spandrel, *graph, "-F", "1-24", "--set", f"clear={sky}", "-o", folder / "right.####.png"])
+            right |= {(sky, frame): hash_of(folder / f"right.{frame:04}.png") for frame in range(1, 25)}
         cache = folder / "cache"
         busy, done, killed, most = [], 0, 0, 0
         end = time.monotonic() + seconds
         number = 0
         while time.monotonic() < end or busy:
             while len(busy) < 16 and time.monotonic() < end:
-                first = random.randint(1, 22)
+                sky, first = random.choice(skies), random.randint(1, 22)
                 name = folder / f"p{number}"
                 number += 1
-                command = [spandrel, *graph, "-F", f"{first}-{first + 2}", "--cache", cache, "--cache-size", str(limit),
-                           "-o", f"{name}.####.png"]
+                command = [spandrel, *graph, "-F", f"{first}-{first + 2}", "--set", f"clear={sky}", "--cache", cache,
+                           "--cache-size", str(limit), "-o", f"{name}.####.png"]
                 doom = time.monotonic() + random.uniform(0.1, 4) if random.random() < 0.4 else None
                 process = subprocess.Popen([str(a) for a in command], stderr=subprocess.PIPE, text=True)
-                busy.append((process, name, first, doom))
+                busy.append((process, name, sky, first, doom))
             for entry in list(busy):
-                process, name, first, doom = entry
+                process, name, sky, first, doom = entry
                 if process.poll() is None:
                     if doom and time.monotonic() > doom:
                         process.kill()
@@ -137,14 +142,15 @@ def crowd(spandrel, seconds):
                 for frame in range(first, first + 3):
                     file = Path(f"{name}.{frame:04}.png")
                     if file.exists():
-                        assert hash_of(file) == right[frame], f"{file} is wrong"
+                        assert hash_of(file) == right[sky, frame], f"{file} is wrong"
                         file.unlink()
             stats = cache.exists() and sum(file.stat().st_size for file in cache.rglob("*") if file.is_file())
             most = max(most, stats or 0)
             time.sleep(0.05)
         # Whoever comes after finds no lock that nobody holds.
-        after = run([spandrel, *graph, "-F", "1-24", "--cache", cache, "--cache-size", str(limit), "-o", folder / "last.####.png"])
-        assert all(hash_of(folder / f"last.{frame:04}.png") == right[frame] for frame in right)
+        after = run([spandrel, *graph, "-F", "1-24", "--set", "clear=1", "--cache", cache, "--cache-size", str(limit),
+                     "-o", folder / "last.####.png"])
+        assert all(hash_of(folder / f"last.{frame:04}.png") == right[1, frame] for frame in range(1, 25))
         print(f"{done} renders ended, {killed} were killed; every picture right")
         print(f"the cache held {most / limit:.2f} of its limit at most; a render after it took {after:.1f} s")
 
@@ -221,6 +227,23 @@ def share(spandrel):
             )
 
 
+def lines(spandrel, out):
+    """A frame as the film of 1987 was made, as the papers' later stills were, and as is the default here."""
+    from PIL import Image
+
+    rules = ["Sampled(1, Box)", "Sampled(3, Trapezoid)", "Sloped(8)"]
+    made = Image.new("RGB", (3 * 480 + 20, 270 + 10 + 268), "white")
+    with tempfile.TemporaryDirectory() as folder:
+        for i, rule in enumerate(rules):
+            command = [spandrel, "render", TOWN, "-q", "--set", f"lines={rule}", "-o", f"{folder}/f.####.png"]
+            seconds = run([*command, "-F", "1-48"])
+            print(f"{rule}: 48 frames in {seconds:.1f} s")
+            picture = Image.open(f"{folder}/f.0040.png").convert("RGB")
+            made.paste(picture, (i * 490, 0))
+            made.paste(picture.crop((150, 128, 270, 195)).resize((480, 268), Image.NEAREST), (i * 490, 280))
+        made.quantize(256).save(out, optimize=True)
+
+
 def farm(spandrel, openjd):
     """Jobs are what the farm's own program takes, and what it makes of them is what one run makes."""
     with tempfile.TemporaryDirectory() as folder:
@@ -246,7 +269,7 @@ def farm(spandrel, openjd):
 
 
 if __name__ == "__main__":
-    commands = {f.__name__: f for f in [sheet, times, memory, crowd, blur, share, farm]}
+    commands = {f.__name__: f for f in [sheet, times, memory, crowd, blur, share, lines, farm]}
     if len(sys.argv) < 3 or sys.argv[2] not in commands:
         sys.exit(__doc__)
     rest = sys.argv[3:]

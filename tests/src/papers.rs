@@ -2,7 +2,7 @@
 
 use spandrel_engine::graph::demand::Wishes;
 use spandrel_engine::graph::document::Document;
-use spandrel_engine::graph::evaluate::Evaluated;
+use spandrel_engine::graph::report::Evaluated;
 use spandrel_engine::graph::{Graph, Run, Schedule};
 use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::values::{Override, PictureDemand};

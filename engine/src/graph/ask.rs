@@ -129,8 +129,7 @@ impl Inputs<'_> {
         pack: impl FnOnce(&T) -> Vec<u8>,
     ) -> Result<T> {
         let Some((stored, key)) = self.stored else { return make() };
-        let warn = |message: &str| self.warn(message);
-        if let Some(bytes) = stored.bytes(key, &warn) {
+        if let Some(bytes) = stored.bytes(key, self.tell) {
             if let Some(known) = unpack(&bytes) {
                 return Ok(known);
             }
@@ -140,7 +139,7 @@ impl Inputs<'_> {
         let made = make()?;
         // What was made while it was to stop may be half done.
         if !self.watch.is_stopped() {
-            stored.put(key, clock.elapsed().as_secs_f64(), &pack(&made), &warn);
+            stored.put(key, clock.elapsed().as_secs_f64(), &pack(&made), self.tell);
         }
         Ok(made)
     }

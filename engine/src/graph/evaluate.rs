@@ -16,8 +16,9 @@ use super::ask::{Inputs, Remark};
 use super::checked::{Checked, Graph};
 use super::demand::{Failure, Schedule, Task};
 use super::link::Slot;
+use super::report::{Evaluated, NodeReport, Outcome, Progress};
 use super::stored::{Files, Stored};
-use super::value::{AnyValue, Value};
+use super::value::AnyValue;
 use crate::cache::{self, Cache, Kept, Shelf};
 use crate::error::{Error, Result};
 use crate::key::{Key, KeyHasher};
@@ -41,71 +42,6 @@ struct Made {
     value: AnyValue,
     files: Files,
     seconds: f64,
-}
-
-/// What happened to a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// It was computed.
-    Evaluated,
-    /// Its content was known.
-    Known,
-    /// It was stored on disk; what it is made of was not needed for it.
-    Stored,
-    /// It returned its input unchanged.
-    Passed,
-}
-
-/// A node's part in an evaluation.
-#[derive(Clone, Debug)]
-pub struct NodeReport {
-    /// The node.
-    pub node: String,
-    /// Its kind.
-    pub kind: String,
-    /// The frame, if it is another at another.
-    pub frame: Option<f64>,
-    /// What was asked of it, as JSON.
-    pub demand: serde_json::Value,
-    /// What its value is: two with one key are alike bit for bit.
-    pub key: Key,
-    /// What happened.
-    pub outcome: Outcome,
-    /// Time from its start to its end; while it waits for its own parallel parts, the thread may work
-    /// for other nodes.
-    pub seconds: f64,
-    /// Bytes of its value.
-    pub bytes: usize,
-    /// What is known of its value.
-    pub facts: Vec<(&'static str, u64)>,
-}
-
-/// Is told how an evaluation goes on; from any thread.
-pub trait Progress: Sync {
-    /// A node begins. Its watch tells [how far it is](Watch::share).
-    fn started(&self, _node: &str, _watch: &Watch) {}
-    /// A node did something that is worth knowing.
-    fn noted(&self, _node: &str, _message: &str) {}
-    /// A node found something doubtful.
-    fn warned(&self, _node: &str, _message: &str) {}
-    /// A node has ended.
-    fn finished(&self, _report: &NodeReport) {}
-}
-
-impl Progress for () {}
-
-/// The values that were wanted, and what happened on the way.
-pub struct Evaluated {
-    values: Vec<AnyValue>,
-    /// What happened, node by node, in the order of their ends.
-    pub reports: Vec<NodeReport>,
-}
-
-impl Evaluated {
-    /// The value of a wish, by its number.
-    pub fn value<T: Value>(&self, wish: usize) -> Arc<T> {
-        self.values[wish].get()
-    }
 }
 
 impl Default for Run {
@@ -348,10 +284,10 @@ impl<'a> Evaluation<'a> {
         let task = &self.schedule.tasks[at];
         let (stored, packing) = (self.run.stored.as_ref()?, task.checked.kind.packing?);
         let recipe = self.recipes[at]?;
-        let warn = |message: &str| self.progress.warned(&task.checked.id, message);
+        let tell = |remark: Remark<'_>| self.remark(&task.checked.id, remark);
         let folder = self.graph.directory();
         let clock = Instant::now();
-        let (value, files) = stored.value(recipe, packing, folder, &warn)?;
+        let (value, files) = stored.value(recipe, packing, folder, &tell)?;
         let seconds = clock.elapsed().as_secs_f64();
         let made = Arc::new(Made { value, files, seconds });
         Some(Holding::of(recipe, made, &Files::new(), &self.run.cache))
@@ -438,10 +374,7 @@ impl<'a> Evaluation<'a> {
     ) -> Result<Made> {
         let watch = Watch::together(&self.run.stop, &self.run.before);
         self.progress.started(&node.id, &watch);
-        let tell = |remark: Remark<'_>| match remark {
-            Remark::Note(message) => self.progress.noted(&node.id, message),
-            Remark::Warning(message) => self.progress.warned(&node.id, message),
-        };
+        let tell = |remark: Remark<'_>| self.remark(&node.id, remark);
         let directory = self.graph.directory();
         let moment = node.moves.then_some(task.moment);
         let stored = self.run.stored.as_ref().map(|stored| (stored, key));
@@ -469,6 +402,14 @@ impl<'a> Evaluation<'a> {
         Ok(Made { value, files, seconds })
     }
 
+    /// Passes on what is said of a node.
+    fn remark(&self, node: &str, remark: Remark<'_>) {
+        match remark {
+            Remark::Note(message) => self.progress.noted(node, message),
+            Remark::Warning(message) => self.progress.warned(node, message),
+        }
+    }
+
     /// Stores a value that was made.
     fn store(&self, at: usize, held: &Holding) {
         let task = &self.schedule.tasks[at];
@@ -476,9 +417,9 @@ impl<'a> Evaluation<'a> {
             return;
         };
         let (Some(recipe), Some((_, made))) = (self.recipes[at], &held.made) else { return };
-        let warn = |message: &str| self.progress.warned(&task.checked.id, message);
+        let tell = |remark: Remark<'_>| self.remark(&task.checked.id, remark);
         let files = (&*held.files, self.graph.directory());
-        stored.put_value(recipe, (&made.value, packing), files, made.seconds, &warn);
+        stored.put_value(recipe, (&made.value, packing), files, made.seconds, &tell);
     }
 
     /// Decides, in one step for all threads, how a task gets its value.

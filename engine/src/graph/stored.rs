@@ -11,11 +11,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::ask::Remark;
 use super::registry::Packing;
 use super::value::AnyValue;
 use crate::key::{Key, KeyHasher};
 use crate::open;
-use crate::store::Store;
+use crate::store::{Put, Store};
 
 /// The files that a value was made of, with their contents; none for those that were looked for and not there.
 pub(super) type Files = BTreeMap<PathBuf, Option<Key>>;
@@ -27,6 +28,8 @@ pub struct Stored {
     build: Key,
     /// Whether it was told that nothing can be stored.
     is_told: AtomicBool,
+    /// Whether it was told that something is too large.
+    is_large_told: AtomicBool,
 }
 
 /// What is known of a stored value.
@@ -40,7 +43,12 @@ struct Record {
 impl Stored {
     /// The results of a program, of which every build has its own.
     pub fn new(store: Store, build: Key) -> Stored {
-        Stored { store, build, is_told: AtomicBool::new(false) }
+        Stored {
+            store,
+            build,
+            is_told: AtomicBool::default(),
+            is_large_told: AtomicBool::default(),
+        }
     }
 
     /// The key of what is stored of a kind, under another key.
@@ -49,8 +57,8 @@ impl Stored {
     }
 
     /// The bytes of a part of a node's work.
-    pub(super) fn bytes(&self, key: Key, warn: &dyn Fn(&str)) -> Option<Vec<u8>> {
-        self.read(self.of("stored part", key), warn)
+    pub(super) fn bytes(&self, key: Key, tell: &dyn Fn(Remark<'_>)) -> Option<Vec<u8>> {
+        self.read(self.of("stored part", key), tell)
     }
 
     /// Takes the bytes of a part of a node's work away: they are not what they should be.
@@ -60,8 +68,8 @@ impl Stored {
     }
 
     /// Stores a part of a node's work.
-    pub(super) fn put(&self, key: Key, seconds: f64, bytes: &[u8], warn: &dyn Fn(&str)) {
-        self.write(self.of("stored part", key), seconds, bytes, warn);
+    pub(super) fn put(&self, key: Key, seconds: f64, bytes: &[u8], tell: &dyn Fn(Remark<'_>)) {
+        self.write(self.of("stored part", key), seconds, bytes, tell);
     }
 
     /// The value of a recipe, and the files that it was made of.
@@ -70,9 +78,9 @@ impl Stored {
         recipe: Key,
         packing: Packing,
         folder: &Path,
-        warn: &dyn Fn(&str),
+        tell: &dyn Fn(Remark<'_>),
     ) -> Option<(AnyValue, Files)> {
-        let record = self.read(self.of("stored record", recipe), warn)?;
+        let record = self.read(self.of("stored record", recipe), tell)?;
         let record: Record = serde_json::from_slice(&record).ok()?;
         let files = record.files.into_iter().map(|(path, contents)| (folder.join(path), contents));
         let files: Files = files.collect();
@@ -80,7 +88,7 @@ impl Stored {
             return None;
         }
         let key = self.value_key(recipe, &files, folder);
-        let bytes = self.read(key, warn)?;
+        let bytes = self.read(key, tell)?;
         let Some(mut value) = (packing.unpack)(&bytes) else {
             let _ = self.store.remove(key);
             return None;
@@ -96,13 +104,13 @@ impl Stored {
         (value, packing): (&AnyValue, Packing),
         (files, folder): (&Files, &Path),
         seconds: f64,
-        warn: &dyn Fn(&str),
+        tell: &dyn Fn(Remark<'_>),
     ) {
         let (Some(bytes), Some(key)) = ((packing.pack)(value), value.key) else { return };
         let at = self.value_key(recipe, files, folder);
         // What lay there was not found, or is damaged.
         let _ = self.store.remove(at);
-        if !self.write(at, seconds, &bytes, warn) {
+        if !self.write(at, seconds, &bytes, tell) {
             return;
         }
         let seen = |path: &PathBuf| path.strip_prefix(folder).unwrap_or(path).to_owned();
@@ -113,7 +121,7 @@ impl Stored {
         if self.store.bytes(at).ok().flatten().is_some_and(|known| known != record) {
             let _ = self.store.remove(at);
         }
-        self.write(at, seconds, &record, warn);
+        self.write(at, seconds, &record, tell);
     }
 
     fn value_key(&self, recipe: Key, files: &Files, folder: &Path) -> Key {
@@ -125,19 +133,28 @@ impl Stored {
         key.finish()
     }
 
-    fn read(&self, key: Key, warn: &dyn Fn(&str)) -> Option<Vec<u8>> {
+    fn read(&self, key: Key, tell: &dyn Fn(Remark<'_>)) -> Option<Vec<u8>> {
         self.store.bytes(key).unwrap_or_else(|error| {
-            warn(&error.to_string());
+            tell(Remark::Warning(&error.to_string()));
             None
         })
     }
 
-    fn write(&self, key: Key, seconds: f64, bytes: &[u8], warn: &dyn Fn(&str)) -> bool {
+    fn write(&self, key: Key, seconds: f64, bytes: &[u8], tell: &dyn Fn(Remark<'_>)) -> bool {
         match self.store.put(key, seconds, |out| out.write_all(bytes)) {
-            Ok(_) => true,
+            Ok(Put::TooLarge) => {
+                if !self.is_large_told.swap(true, Ordering::Relaxed) {
+                    let (megabytes, most) = (bytes.len() >> 20, self.store.largest() >> 20);
+                    tell(Remark::Note(&format!(
+                        "a result of {megabytes} MiB is not stored: of this cache's size the most is {most} MiB"
+                    )));
+                }
+                false
+            }
+            Ok(Put::Stored | Put::Known) => true,
             Err(error) => {
                 if !self.is_told.swap(true, Ordering::Relaxed) {
-                    warn(&format!("{error}: nothing can be stored"));
+                    tell(Remark::Warning(&format!("{error}: nothing can be stored")));
                 }
                 false
             }

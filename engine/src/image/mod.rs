@@ -80,8 +80,8 @@ impl std::fmt::Display for Window {
     }
 }
 
-/// A picture. Two are equal if they hold the same, whatever was done to make them.
-#[derive(Clone, Debug)]
+/// A picture.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Columns and rows of the whole picture.
     pub size: (u32, u32),
@@ -92,26 +92,15 @@ pub struct Image {
     pub names: BTreeMap<u32, String>,
     /// How it was resolved, if it was: pictures that differ in it have not the same pixels.
     pub how: Option<String>,
-    /// What was done to make it, counted.
-    pub counts: BTreeMap<&'static str, u64>,
     /// What the OpenEXR file that it was read from says of it: it is written again.
     pub attributes: Option<Arc<Attributes>>,
-}
-
-impl PartialEq for Image {
-    fn eq(&self, other: &Image) -> bool {
-        let Image { size, window, channels, names, how, counts: _, attributes } = self;
-        let all = (size, window, channels, names, how, attributes);
-        let Image { size, window, channels, names, how, counts: _, attributes } = other;
-        all == (size, window, channels, names, how, attributes)
-    }
 }
 
 impl Image {
     /// A picture without channels.
     pub fn new(size: (u32, u32), window: Window) -> Image {
-        let (channels, names, how, counts, attributes) = Default::default();
-        Image { size, window, channels, names, how, counts, attributes }
+        let (channels, names, how, attributes) = Default::default();
+        Image { size, window, channels, names, how, attributes }
     }
 
     /// Adds or replaces a channel.
@@ -246,36 +235,35 @@ impl Image {
         part
     }
 
-    /// Bands of one picture as one, from the top down.
+    /// The bands of one picture as one. Of each band: its rows, and the picture there, of which it holds what there is.
     ///
     /// # Errors
-    /// If they are not of one picture, or do not stand one below the other.
-    pub fn joined(bands: &[&Image]) -> Result<Image> {
-        let [first, rest @ ..] = bands else { return Err(Error::invalid("no bands")) };
-        let mut window = first.window;
-        for band in rest {
-            let Window { x, y, width, height } = band.window;
-            let is_next = (x, y, width) == (window.x, window.y + window.height, window.width)
-                && band.size == first.size
-                && band.channels.keys().eq(first.channels.keys());
-            if !is_next {
-                return Err(Error::invalid(format!(
-                    "bands of one picture stand one below the other: {} does not follow on {window}",
-                    band.window
-                )));
+    /// If they are not of one picture.
+    pub fn joined(bands: &[(Window, Arc<Image>)]) -> Result<Image> {
+        let all = bands.iter().map(|(_, band)| band);
+        let held = all.clone().map(|band| band.window).filter(|window| window.area() > 0);
+        let Some(held) = held.reduce(Window::around) else {
+            let none = || Error::invalid("a picture has a band at least");
+            return all.clone().next().map(|band| Image::clone(band)).ok_or_else(none);
+        };
+        let mut parts = Vec::new();
+        for (own, band) in bands {
+            let (y, bottom) = (own.y.max(held.y), (own.y + own.height).min(held.y + held.height));
+            if y < bottom {
+                parts.push(band.laid(Window { y, height: bottom - y, ..held }));
             }
-            window.height += height;
         }
-        let mut joined = Image { window, channels: BTreeMap::new(), ..(*first).clone() };
+        let [first, rest @ ..] = &parts[..] else { return Err(Error::invalid("bands of nothing")) };
+        let mut joined = Image { window: held, channels: BTreeMap::new(), ..first.clone() };
         for band in rest {
-            joined.names.extend(band.names.iter().map(|(id, name)| (*id, name.clone())));
-            for (what, number) in &band.counts {
-                *joined.counts.entry(what).or_default() += number;
+            if band.size != first.size || !band.channels.keys().eq(first.channels.keys()) {
+                return Err(Error::invalid("bands of different pictures, or with other channels"));
             }
+            joined.names.extend(band.names.iter().map(|(id, name)| (*id, name.clone())));
         }
         let mut known: Vec<(*const Coded, Arc<Coded>)> = Vec::new();
         for name in first.channels.keys() {
-            let parts: Vec<&Samples> = bands.iter().map(|band| &band.channels[name]).collect();
+            let parts: Vec<&Samples> = parts.iter().map(|part| &part.channels[name]).collect();
             joined.insert(name, Samples::joined(&parts, &mut known))?;
         }
         Ok(joined)

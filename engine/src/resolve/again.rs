@@ -8,7 +8,7 @@ use glam::DVec3;
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::paint::Tally;
+use super::paint::IdNames;
 use super::rule::{Framing, Rule};
 use crate::cache::Shelf;
 use crate::camera::{Plane, View};
@@ -16,8 +16,8 @@ use crate::fragment::{Compared, Member, Shading, Stage, World};
 use crate::image::{Channel, Samples};
 use crate::key::Key;
 use crate::raster::Rows;
-use crate::span::{Face, FaceId, Source, SpanImage};
-use crate::trace::{Casters, Toward};
+use crate::span::{Face, FaceId, Source, SpanImage, matched};
+use crate::trace::{Casters, Toward, part_in};
 use crate::watch::Watch;
 
 /// The channels of one maker.
@@ -29,7 +29,7 @@ pub(super) struct Last {
     /// By maker of channels, as the picture has them.
     pub(super) values: Vec<MadeValues>,
     /// By band.
-    pub(super) told: Vec<Tally>,
+    pub(super) names: Vec<IdNames>,
 }
 
 /// How pictures are made that may have parts in common.
@@ -55,14 +55,14 @@ impl Last {
     pub(super) fn keep(
         key: Key,
         image: &SpanImage,
-        (values, told): (&[MadeValues], &[Tally]),
+        (values, names): (&[MadeValues], &[IdNames]),
         (watch, seconds): (&Watch, f64),
     ) {
         let Some(shelf) = Shelf::of_work(watch).filter(|_| !watch.is_stopped()) else { return };
         let samples: usize = values.iter().flatten().map(|(_, samples)| samples.len() * 4).sum();
         let bytes = image.bytes() + samples;
-        let (values, told) = (values.to_vec(), told.to_vec());
-        let last = Last { image: image.clone(), values, told };
+        let (values, names) = (values.to_vec(), names.to_vec());
+        let last = Last { image: image.clone(), values, names };
         shelf.renew((key, 0), Arc::new(last), bytes, seconds);
     }
 
@@ -137,22 +137,12 @@ impl Matched {
                 Some(compared) => compared.was(face.ordinal),
                 None => Some(face.ordinal),
             };
-            let places: HashMap<u32, usize> = old
-                .faces
-                .faces()
-                .iter()
-                .enumerate()
-                .map(|(place, face)| (face.ordinal, place))
-                .collect();
-            was.extend(faces.iter().map(|face| {
-                let place = ordinal(face).and_then(|ordinal| places.get(&ordinal).copied());
-                // A cluster of another priority is seen at other depths.
-                let place = place.filter(|place| {
-                    let was = &old.faces.faces()[*place];
-                    (face.plane, face.rank) == (was.plane, was.rank)
-                        && face.is_translucent == was.is_translucent
-                });
-                place.map_or(FaceId::NONE, |place| before.id(at, place))
+            let places = matched(&source.faces, &old.faces);
+            was.extend(faces.iter().zip(places).map(|(face, place)| {
+                // What looks the same on the screen may be another face, or of another colour.
+                let is_it =
+                    |place: &u32| ordinal(face) == Some(old.faces.faces()[*place as usize].ordinal);
+                place.filter(is_it).map_or(FaceId::NONE, |place| before.id(at, place as usize))
             }));
         }
         Matched { was, moved }
@@ -272,19 +262,8 @@ impl MovedCaster {
         match self.toward {
             // A place in the box, and some way on to the light is in the caster's.
             Toward::Direction(way) => {
-                let (mut near, mut far) = (0.0f64, f64::INFINITY);
-                for axis in 0..3 {
-                    let (least, most) = (from[axis] - high[axis], to[axis] - low[axis]);
-                    if way[axis] == 0.0 {
-                        if least > 0.0 || most < 0.0 {
-                            return false;
-                        }
-                        continue;
-                    }
-                    let (a, b) = (least / way[axis], most / way[axis]);
-                    (near, far) = (near.max(a.min(b)), far.min(a.max(b)));
-                }
-                near <= far
+                let between = [from - high, to - low];
+                part_in((DVec3::ZERO, way), between, 0.0..f64::INFINITY).is_some()
             }
             Toward::Point(light) => {
                 let (low, high) = (low.min(light), high.max(light));

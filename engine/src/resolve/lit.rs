@@ -54,7 +54,7 @@ pub(super) struct BandShadows<'a> {
 #[derive(Default)]
 struct ShadowRow {
     shares: Vec<LineShare>,
-    /// By share, the layers of its line, sorted by face.
+    /// By share, the layers of its line, sorted by face, if anything is dark.
     layers: Vec<Vec<Segment>>,
     /// What of a pixel is dark on a face, by column and face.
     dark: Vec<LitPart>,
@@ -264,7 +264,9 @@ impl<'a> BandShadows<'a> {
             layers.sort_unstable_by_key(|segment| (segment.face, segment.start));
             layers
         };
-        let layers = shares.iter().map(by_face).collect();
+        // Where nothing is dark nobody asks what a face covers.
+        let asked = if dark.is_empty() { &[][..] } else { &shares[..] };
+        let layers = asked.iter().map(by_face).collect();
         let made = Arc::new(ShadowRow { shares, layers, dark, columns });
         self.rows.borrow_mut().insert((key, row), made.clone());
         made

@@ -49,7 +49,7 @@ use crate::visible::probe::FaceIndex;
 use crate::watch::Watch;
 use again::Last;
 use channel::Needs;
-use paint::{Ahead, Painter, Pixels, Tally};
+use paint::{Ahead, IdNames, Painter, Pixels};
 use select::Selected;
 
 /// Rows of a task.
@@ -71,7 +71,8 @@ pub fn resolve(
 }
 
 /// Computes a part of a picture anew: pixels that show anything selected are those of
-/// [`resolve`], bit for bit, and all others those of `over`. Only fragments in these pixels are shaded.
+/// [`resolve`], bit for bit, and all others those of `over`. Only fragments in these pixels are shaded. Returns also how
+/// many pixels are new.
 ///
 /// # Errors
 /// As [`resolve`], or if `over` has not the framing's window or not all channels.
@@ -82,7 +83,7 @@ pub fn refine(
     framing: &Framing,
     channels: &BTreeSet<Channel>,
     select: &Select,
-) -> Result<Image> {
+) -> Result<(Image, u64)> {
     let size = Framing::size(image.view().raster(), framing.scale)?;
     if (over.size, over.window) != (size, framing.window()) {
         let ((w, h), (width, height)) = (over.size, size);
@@ -104,10 +105,8 @@ pub fn refine(
         )));
     }
     let mut refined = over.clone();
-    refined.counts = std::mem::take(&mut picture.counts);
-    refined
-        .counts
-        .insert("pixels refined", touched.iter().filter(|is_touched| **is_touched).count() as u64);
+    let anew = touched.iter().filter(|is_touched| **is_touched).count() as u64;
+    Watch::current().count("pixels refined", anew);
     refined.names.append(&mut picture.names);
     // A layer that only one of them has is black in the other.
     let black = Samples::Float(vec![0.0; window.area()]);
@@ -133,7 +132,7 @@ pub fn refine(
         };
         refined.insert(name, blended)?;
     }
-    Ok(refined)
+    Ok((refined, anew))
 }
 
 /// Whether a channel is of a light's layer.
@@ -217,14 +216,13 @@ fn painted(
         }
     }
     deal(&mut touched, rows, &mut parts, |part, touched| part.touched = touched);
-    let mut told: Vec<Tally> = bands.iter().map(|_| Tally::default()).collect();
+    let mut names: Vec<IdNames> = vec![IdNames::default(); bands.len()];
     let mut to_do = Vec::new();
     for (at, part) in parts.into_iter().enumerate() {
         match last.as_ref().filter(|_| is_same[at]) {
             Some(last) => {
                 part.take(&last.values, at * rows);
-                // What shaders counted was not done again.
-                told[at].names = last.told[at].names.clone();
+                names[at] = last.names[at].clone();
             }
             None => to_do.push((at, bands[at].clone(), part)),
         }
@@ -243,7 +241,7 @@ fn painted(
     let (ahead, passes) = ahead.unzip();
     watch.begin(bands.len());
     (open.len()..bands.len()).for_each(|_| watch.step());
-    let new: Vec<(usize, Tally)> = to_do
+    let new: Vec<(usize, IdNames)> = to_do
         .into_par_iter()
         .enumerate()
         // A thread keeps its painter from band to band, and with it the memory of its rows.
@@ -252,14 +250,14 @@ fn painted(
             (at, painter.rows(band, rows, ahead, part))
         })
         .collect();
-    new.into_iter().for_each(|(at, tally)| told[at] = tally);
+    new.into_iter().for_each(|(at, of_band)| names[at] = of_band);
     // Surfaces are asked by value and have no way to fail there. What went wrong is asked for at
     // the end.
     if let Some(fault) = image.sources().iter().find_map(|source| source.surfaces.fault()) {
         return Err(fault);
     }
     if let Some(way) = way {
-        Last::keep(way, image, (&values, &told), (&watch, clock.elapsed().as_secs_f64()));
+        Last::keep(way, image, (&values, &names), (&watch, clock.elapsed().as_secs_f64()));
     }
     let size = Framing::size(raster, framing.scale)?;
     let mut picture = Image::new(size, window);
@@ -278,14 +276,9 @@ fn painted(
         picture.insert(&name, samples)?;
     }
     if let Some(passes) = passes {
-        picture.counts.insert("passes for pictures on surfaces", passes);
+        watch.count("passes for pictures on surfaces", passes);
     }
-    for Tally { names, counts } in told {
-        picture.names.extend(names);
-        for (what, number) in counts {
-            *picture.counts.entry(what).or_default() += number;
-        }
-    }
+    picture.names.extend(names.into_iter().flatten());
     Ok((picture, touched))
 }
 

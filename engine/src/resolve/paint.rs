@@ -9,7 +9,6 @@ mod ahead;
 mod gather;
 
 use glam::DVec2;
-use std::cell::RefCell;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -81,19 +80,11 @@ pub(super) struct Painter<'a> {
     makers: &'a [Box<dyn Maker>],
     /// What is computed, if not all.
     selected: Option<&'a Selected>,
-    /// What shaders counted.
-    counts: RefCell<BTreeMap<&'static str, u64>>,
     watch: Watch,
 }
 
-/// What rows tell beside their pixels.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Tally {
-    /// What ids mean.
-    pub(super) names: BTreeMap<u32, String>,
-    /// What shaders counted.
-    pub(super) counts: BTreeMap<&'static str, u64>,
-}
+/// What ids mean.
+pub(super) type IdNames = BTreeMap<u32, String>;
 
 /// Where a group of fragments stands in the picture.
 struct GroupPlace<'s> {
@@ -130,7 +121,7 @@ impl Batch for GroupPlace<'_> {
     }
 
     fn count(&self, what: &'static str, number: u64) {
-        *self.painter.counts.borrow_mut().entry(what).or_default() += number;
+        self.painter.watch.count(what, number);
     }
 
     fn coverage(&self, fragment: usize) -> f32 {
@@ -184,7 +175,6 @@ impl<'a> Painter<'a> {
             objects: HashMap::new(),
             makers: &[],
             selected: None,
-            counts: RefCell::default(),
             watch: watch.clone(),
         }
     }
@@ -219,11 +209,11 @@ impl<'a> Painter<'a> {
         rows: Rows,
         ahead: Option<&Ahead>,
         mut pixels: Pixels<'_>,
-    ) -> Tally {
+    ) -> IdNames {
         pixels.values.iter_mut().for_each(Values::clear);
         self.watch.step();
         if self.watch.is_stopped() {
-            return Tally::default();
+            return IdNames::default();
         }
         let gathered = match ahead {
             Some(ahead) => ahead.gathered.clone(),
@@ -256,7 +246,7 @@ impl<'a> Painter<'a> {
             maker.most(to, &mut most);
             maker.estimates(to, &gathered.errors);
         }
-        Tally { names: most.names, counts: self.counts.take() }
+        most.names
     }
 
     /// A group of fragments as a batch.

@@ -28,9 +28,6 @@ pub fn averaged(pictures: &[Image]) -> Result<Image> {
     made.how = middle.how.as_ref().map(|how| format!("{how}, {} moments", pictures.len()));
     for picture in pictures {
         made.names.extend(picture.names.iter().map(|(id, name)| (*id, name.clone())));
-        for (what, count) in &picture.counts {
-            *made.counts.entry(what).or_insert(0) += count;
-        }
     }
     let names: BTreeSet<&str> =
         pictures.iter().flat_map(|picture| picture.channels().map(|(name, _)| name)).collect();

@@ -31,12 +31,6 @@ pub(super) struct Cast {
     /// Where the shadows of each face stand among those that are united.
     faces: HashMap<Key, Range<u32>>,
     united: Vec<(u32, Dark)>,
-    /// The patches in order.
-    order: Vec<Key>,
-    /// How many lists were known.
-    known: u64,
-    /// How long it took to find.
-    seconds: f64,
 }
 
 /// What was cast before, and what of it still is.
@@ -84,24 +78,14 @@ impl Cast {
         Cast { casters, ..Cast::default() }
     }
 
-    /// Begins a face.
-    pub(super) fn begin_face(&self) -> Begin {
-        Begin { patch: self.order.len(), shadow: self.shadows.len() }
+    /// How many shadows there are so far.
+    pub(super) fn count(&self) -> usize {
+        self.shadows.len()
     }
 
-    /// What the patches of a face are known by together.
-    pub(super) fn key_of_face(&self, begin: &Begin) -> Key {
-        let patches = &self.order[begin.patch..];
-        let mut key = KeyHasher::new("face");
-        patches.iter().for_each(|patch| {
-            key.key(*patch);
-        });
-        if let [patch] = patches { *patch } else { key.finish() }
-    }
-
-    /// What all scenes cast on the patches of a face.
-    pub(super) fn on_face(&self, begin: &Begin) -> &[(u32, Dark)] {
-        &self.shadows[begin.shadow..]
+    /// What all scenes cast on the patches since there were so many shadows.
+    pub(super) fn since(&self, count: usize) -> &[(u32, Dark)] {
+        &self.shadows[count..]
     }
 
     /// Ends a face, of which these are the shadows of all scenes united.
@@ -118,28 +102,14 @@ impl Cast {
 
     /// Begins a patch.
     pub(super) fn begin(&mut self, patch: Key) {
-        self.patches.insert(patch, self.order.len());
-        self.order.push(patch);
+        let number = self.ends.len() / self.casters.len().max(1);
+        self.patches.insert(patch, number);
     }
 
     /// Ends what the next scene casts on the patch.
     pub(super) fn end(&mut self, shadows: impl Iterator<Item = (u32, Dark)>) {
         self.shadows.extend(shadows);
         self.ends.push(self.shadows.len() as u32);
-    }
-
-    /// Ends what the next scene casts on the patch, which is as it was.
-    pub(super) fn end_as_before(&mut self, shadows: &[(u32, Dark)]) {
-        self.known += 1;
-        self.end(shadows.iter().copied());
-    }
-
-    /// Tells for how many patches and scenes shadows were asked, and how many were known.
-    pub(super) fn count(&self, watch: &Watch) {
-        watch.count("shadow patches", self.ends.len() as u64);
-        if self.known > 0 {
-            watch.count("shadow patches as before", self.known);
-        }
     }
 
     fn start(&self, list: usize) -> usize {
@@ -152,33 +122,18 @@ impl Cast {
         &self.shadows[self.start(list)..self.ends[list] as usize]
     }
 
-    /// Keeps it for the next picture, instead of what was known.
-    pub(super) fn keep(
-        mut self,
-        at: (Key, u32),
-        known: Option<Known>,
-        (watch, seconds): (&Watch, f64),
-    ) {
+    /// Keeps it for the next picture.
+    pub(super) fn keep(mut self, (key, chunk): (Key, u32), watch: &Watch, seconds: f64) {
         let Some(shelf) = Shelf::of_work(watch).filter(|_| !watch.is_stopped()) else { return };
-        // What was quickly copied is as dear to find as it was.
-        self.seconds = known.map_or(seconds, |known| known.before.seconds.max(seconds));
         self.shadows.shrink_to_fit();
         self.united.shrink_to_fit();
-        self.order = Vec::new();
         let entry = size_of::<(Key, Range<u32>)>() + 1;
         let bytes = size_of_val(&*self.shadows)
             + size_of_val(&*self.united)
             + size_of_val(&*self.ends)
             + (self.patches.capacity() + self.faces.capacity()) * entry;
-        let seconds = self.seconds;
-        shelf.renew(at, Arc::new(self), bytes, seconds);
+        shelf.renew((key, chunk), Arc::new(self), bytes, seconds);
     }
-}
-
-/// Where a face begins.
-pub(super) struct Begin {
-    patch: usize,
-    shadow: usize,
 }
 
 impl Known {

@@ -27,6 +27,7 @@ use self::kept::{Cast, Known};
 use self::patch::{Boundary, Patch, interval, shaft_of_ball};
 use self::union::{settle, unite};
 use crate::fragment::{Casting, Stage, World};
+use crate::key::{Key, KeyHasher};
 use crate::span::layer::Segment;
 use crate::span::{FaceId, SpanImage};
 use crate::trace::{CasterSearch, Casters, Shaft, Spaces, Toward, spaces_of};
@@ -151,8 +152,19 @@ pub(crate) fn cast(
     let known = Known::of((key, chunk), casting.world, watch);
     let nothing: Lines = vec![Vec::new(); lines.len()];
     let (first, cast, found) = (lines.start, Cast::new(casting.world), nothing.clone());
-    let (spans, sides) = (Vec::new(), Vec::new());
-    let mut work = ShadowTask { image, casting, casters, first, known, cast, found, spans, sides };
+    let mut work = ShadowTask {
+        image,
+        casting,
+        casters,
+        first,
+        known,
+        cast,
+        found,
+        spans: Vec::new(),
+        sides: Vec::new(),
+        asked: 0,
+        as_before: 0,
+    };
     let mut dark = nothing;
     let source = |seen: &VisiblePart| image.locate(seen.face).0;
     // [N], "Shadow processing": cluster by cluster, with only the volumes that can fall on its
@@ -169,8 +181,11 @@ pub(crate) fn cast(
             }
         }
     }
-    work.cast.count(watch);
-    work.cast.keep((key, chunk), work.known, (watch, clock.elapsed().as_secs_f64()));
+    watch.count("shadow patches", work.asked);
+    if work.as_before > 0 {
+        watch.count("shadow patches as before", work.as_before);
+    }
+    work.cast.keep((key, chunk), watch, clock.elapsed().as_secs_f64());
     dark.iter_mut().for_each(Vec::shrink_to_fit);
     dark
 }
@@ -189,6 +204,9 @@ struct ShadowTask<'a> {
     /// The parts of a line that show a face.
     spans: Vec<[f64; 2]>,
     sides: Vec<Boundary>,
+    /// For how many patches and scenes shadows were asked, and how many of these were as before.
+    asked: u64,
+    as_before: u64,
 }
 
 /// What casts of one member of the world.
@@ -218,17 +236,21 @@ impl ShadowTask<'_> {
 
     /// The shadows on the parts of a face that are seen: lines, and parts of them.
     fn face(&mut self, parts: &[VisiblePart]) -> &[(u32, Dark)] {
-        let begin = self.cast.begin_face();
-        let mut is_as_before = true;
+        let (count, as_before) = (self.cast.count(), self.as_before);
+        let mut key = KeyHasher::new("face");
+        let asked = self.asked;
         for spans in parts.chunk_by(|a, b| a.tile == b.tile) {
-            is_as_before &= self.patch(spans);
+            if let Some(patch) = self.patch(spans) {
+                key.key(patch);
+            }
         }
-        let key = self.cast.key_of_face(&begin);
+        let key = key.finish();
+        let is_as_before = self.asked - asked == self.as_before - as_before;
         let known = self.known.as_ref().filter(|_| is_as_before);
         if let Some(known) = known.and_then(|known| known.face(key)) {
             return self.cast.end_face(key, known.iter().copied());
         }
-        for (k, shadow) in self.cast.on_face(&begin) {
+        for (k, shadow) in self.cast.since(count) {
             // What was found before had another number then.
             let shadow = Dark { face: parts[0].face, ..*shadow };
             self.found[(k - self.first) as usize].push(shadow);
@@ -251,30 +273,29 @@ impl ShadowTask<'_> {
         self.cast.end_face(key, shadows)
     }
 
-    /// Finds the shadows on a patch of a face, scene by scene. Returns whether they are as before.
-    fn patch(&mut self, spans: &[VisiblePart]) -> bool {
-        let Some(patch) = Patch::new(self.image, spans, self.casting.from) else { return true };
+    /// Finds the shadows on a patch of a face, scene by scene. Returns what the patch is, if it is turned to the light.
+    fn patch(&mut self, spans: &[VisiblePart]) -> Option<Key> {
+        let patch = Patch::new(self.image, spans, self.casting.from)?;
         let shaft = patch.shaft();
         let key = patch.key(spans);
         self.cast.begin(key);
-        let mut is_as_before = true;
         let was = self.known.as_ref().and_then(|known| known.patch(key));
         for number in 0..self.casters.len() {
+            self.asked += 1;
             let known = self.known.as_ref().zip(was);
-            match known.and_then(|(known, was)| known.list(was, number, &shaft)) {
-                Some(known) => self.cast.end_as_before(known),
-                None => {
-                    is_as_before = false;
-                    self.find(number, spans, &patch, &shaft);
-                    let lines = (self.first..).zip(&mut self.found);
-                    self.cast.end(lines.flat_map(|(k, line)| {
-                        unite(line);
-                        line.drain(..).map(move |shadow| (k, shadow))
-                    }));
-                }
+            if let Some(known) = known.and_then(|(known, was)| known.list(was, number, &shaft)) {
+                self.as_before += 1;
+                self.cast.end(known.iter().copied());
+                continue;
             }
+            self.find(number, spans, &patch, &shaft);
+            let lines = (self.first..).zip(&mut self.found);
+            self.cast.end(lines.flat_map(|(k, line)| {
+                unite(line);
+                line.drain(..).map(move |shadow| (k, shadow))
+            }));
         }
-        is_as_before
+        Some(key)
     }
 
     /// Finds what a scene casts on a patch.

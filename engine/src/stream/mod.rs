@@ -22,6 +22,7 @@ pub mod noise;
 mod parse;
 mod real;
 mod run;
+mod shorten;
 mod variable;
 
 use serde::{Deserialize, Serialize};

@@ -8,6 +8,7 @@ use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::ray::part_in;
 use super::{Casters, Hit, Ray};
 
 /// The most cells along an axis, and in all.
@@ -202,7 +203,10 @@ impl Grid {
                 end = visit(hit).map_or(end, |t| end.min(t));
             }
         }
-        let Some(part) = super::cut(self.low, self.high, ray, 0.0..end) else { return };
+        let Some(part) = part_in((ray.origin, ray.direction), [self.low, self.high], 0.0..end)
+        else {
+            return;
+        };
         let mut cell = self.cell(ray.at(part.start));
         // Along each axis: the way to the next border, and from border to border.
         let mut next = [f64::INFINITY; 3];

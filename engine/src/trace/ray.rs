@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use std::cell::OnceCell;
+use std::ops::Range;
 
 use super::card::CardAxes;
 use crate::camera::View;
@@ -17,6 +18,29 @@ pub struct Ray {
     along: usize,
     /// How cards stand that it turns to where it comes from, once it has met one.
     level: OnceCell<CardAxes>,
+}
+
+/// The part of a line that lies in a box, of the ways `within`, in lengths of `along`.
+pub(crate) fn part_in(
+    (origin, along): (DVec3, DVec3),
+    [low, high]: [DVec3; 2],
+    within: Range<f64>,
+) -> Option<Range<f64>> {
+    let Range { start: mut from, end: mut to } = within;
+    for axis in 0..3 {
+        let (origin, along) = (origin[axis], along[axis]);
+        let (low, high) = (low[axis], high[axis]);
+        if along == 0.0 {
+            if origin < low || origin > high {
+                return None;
+            }
+            continue;
+        }
+        let (a, b) = ((low - origin) / along, (high - origin) / along);
+        from = from.max(a.min(b));
+        to = to.min(a.max(b));
+    }
+    (from <= to).then_some(from..to)
 }
 
 impl Ray {

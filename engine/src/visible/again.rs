@@ -7,6 +7,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::band::LANES;
+use super::bins::{self, Bands};
 use crate::cache::Shelf;
 use crate::key::Key;
 use crate::span::{FaceId, FaceTable, Layers, Lines, Segment, Span, SpanImage, matched};
@@ -58,16 +59,8 @@ impl Before {
         let mut ids = vec![FaceId::NONE; solved.face_count()];
         let mut changed = vec![false; lines.len().div_ceil(LANES)];
         let mut change = |table: &FaceTable, place: usize| {
-            let face = &table.faces()[place];
-            let points = table.corners(face).map(|(point, _)| table.points()[point as usize].y);
-            let [top, bottom] = points
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], y| {
-                    [low.min(y), high.max(y)]
-                });
-            let line_at = |y: f64| frame.plan().first_at_or_below(y).clamp(lines.start, lines.end);
-            let (first, last) = (line_at(top) - lines.start, line_at(bottom) - lines.start);
-            let bands = first as usize / LANES..(last as usize).div_ceil(LANES);
-            changed.get_mut(bands).into_iter().flatten().for_each(|changed| *changed = true);
+            let (first, end) = bins::met(&solved, &lines, table.extent(&table.faces()[place]));
+            changed[first as usize..end as usize].fill(true);
         };
         for (at, (now, was)) in frame.sources().iter().zip(solved.sources()).enumerate() {
             let mut is_gone = vec![true; was.faces.faces().len()];
@@ -84,6 +77,15 @@ impl Before {
             gone.for_each(|(place, _)| change(&was.faces, place));
         }
         Some(Before { solved, ids, changed })
+    }
+
+    /// Of bands, half-open, those from the first to the last in which a face is another.
+    pub(super) fn changed(&self, (first, end): Bands) -> Bands {
+        let is_changed = |band: &u32| self.changed[*band as usize];
+        match ((first..end).find(is_changed), (first..end).rfind(is_changed)) {
+            (Some(first), Some(last)) => (first, last + 1),
+            _ => (0, 0),
+        }
     }
 
     /// The lines of a band, if no face of it is another.

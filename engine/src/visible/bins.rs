@@ -6,7 +6,9 @@
 //! cache each, and on large scenes these were measured to be half of the time.
 
 use rayon::prelude::*;
+use std::ops::Range;
 
+use super::band::LANES;
 use crate::raster::Raster;
 use crate::span::{Face, FaceId, FaceTable, SpanImage};
 
@@ -33,6 +35,14 @@ pub(super) struct Bins {
 /// A face's bands, half-open.
 pub(super) type Bands = (u32, u32);
 
+/// The bands of lines that are met between two heights, in pixels: none by what lies between two lines.
+pub(super) fn met(frame: &SpanImage, lines: &Range<u32>, (top, bottom): (f64, f64)) -> Bands {
+    let line_at = |y: f64| frame.plan().first_at_or_below(y).clamp(lines.start, lines.end);
+    let (first, last) = (line_at(top) - lines.start, line_at(bottom) - lines.start);
+    let is_met = first < last;
+    if is_met { (first / LANES as u32, last.div_ceil(LANES as u32)) } else { (0, 0) }
+}
+
 impl Bins {
     /// The faces of a frame that are meant, by band; `bands` says which of them, half-open, a face meets
     /// that reaches from one height to another, in pixels.
@@ -50,12 +60,13 @@ impl Bins {
                 let table = &*known.faces;
                 let entry = |(place, face): (usize, &Face)| {
                     let (top, bottom) = table.extent(face);
+                    let (first, end) = bands(top, bottom);
                     let id = frame.id(source, place);
-                    (bands(top, bottom), BinEntry::new(table, face, id, frame))
+                    (first < end).then(|| ((first, end), BinEntry::new(table, face, id, frame)))
                 };
                 let faces = table.faces().par_iter().with_min_len(4096).enumerate();
                 let meant = faces.filter(|(_, face)| is_meant(face));
-                meant.map(entry).collect::<Vec<_>>()
+                meant.filter_map(entry).collect::<Vec<_>>()
             })
             .collect();
         // A sort by counting: how many faces each band has, from there where each band's begin, and

@@ -32,12 +32,12 @@ const STALE: u32 = 8;
 /// they were before are taken from there.
 pub(super) fn solve(frame: &SpanImage, before: Option<&Before>) -> (Lines, Layers) {
     let lines = frame.plan().lines(&frame.rows());
-    let bins = bins_of(frame, &lines, false);
+    let bins = bins_of(frame, &lines, before, false);
     let has_layers = frame
         .sources()
         .iter()
         .any(|source| source.faces.faces().iter().any(|face| face.is_translucent));
-    let layers = has_layers.then(|| bins_of(frame, &lines, true));
+    let layers = has_layers.then(|| bins_of(frame, &lines, before, true));
     let bands = (lines.len() as u32).div_ceil(LANES as u32);
     let watch = Watch::current();
     watch.begin(bands as usize);
@@ -67,14 +67,17 @@ pub(super) fn solve(frame: &SpanImage, before: Option<&Before>) -> (Lines, Layer
     (Lines::join(lines.start, opaque), Layers::join(lines.start, translucent))
 }
 
-/// The faces of a frame by band of lines: those that are translucent, or those that are not.
-fn bins_of(frame: &SpanImage, lines: &Range<u32>, translucent: bool) -> Bins {
-    let line_at = |y: f64| frame.plan().first_at_or_below(y).clamp(lines.start, lines.end);
+/// The faces of a frame by band of lines: those that are translucent, or those that are not. Bands that are known
+/// already need none.
+fn bins_of(
+    frame: &SpanImage,
+    lines: &Range<u32>,
+    before: Option<&Before>,
+    translucent: bool,
+) -> Bins {
     let bands = |top: f64, bottom: f64| {
-        let (first, last) = (line_at(top) - lines.start, line_at(bottom) - lines.start);
-        // A face between two lines gets the empty range, and stands in no bin.
-        let is_met = first < last;
-        if is_met { (first / LANES as u32, last.div_ceil(LANES as u32)) } else { (0, 0) }
+        let bands = bins::met(frame, lines, (top, bottom));
+        before.map_or(bands, |before| before.changed(bands))
     };
     let count = lines.len().div_ceil(LANES);
     Bins::new(frame, count, |face| face.is_translucent == translucent, bands)

@@ -117,8 +117,9 @@ impl Node for Refine {
         let (_, framing) = self.framing(wanted)?;
         let (over, image) = (inputs.get(&self.over), inputs.get(&self.image));
         let channels = &wanted.channels;
-        let refined = resolve::refine(&over, &image, self.lines, &framing, channels, &self.select)?;
-        if refined.counts.get("pixels refined") == Some(&0) {
+        let (refined, pixels) =
+            resolve::refine(&over, &image, self.lines, &framing, channels, &self.select)?;
+        if pixels == 0 {
             let known = image.names().map(|[objects, _]| {
                 format!(". There are {}", list(objects.iter().map(String::as_str)))
             });

@@ -136,16 +136,18 @@ impl Node for Write {
     }
 
     fn evaluate(&self, wanted: &Override, inputs: &Inputs<'_>) -> Result<Delivery> {
-        let bands: Vec<Arc<Image>> = inputs.each(&self.image).collect();
         let path = self.path.under(inputs.directory());
         if wanted.is_for_others() {
             return Ok(Delivery { path, bytes: 0 });
         }
-        let mut image = match &bands[..] {
-            [whole] => whole.clone(),
-            bands => {
-                Arc::new(Image::joined(&bands.iter().map(|band| &**band).collect::<Vec<_>>())?)
-            }
+        let bands = wanted.asked().into_iter().zip(inputs.each(&self.image));
+        let bands = bands.map(|(asked, band)| {
+            let (width, height) = band.size;
+            Ok((asked.part(Window::whole(width, height))?, band))
+        });
+        let mut image = match &bands.collect::<Result<Vec<_>>>()?[..] {
+            [(_, whole)] => whole.clone(),
+            bands => Arc::new(Image::joined(bands)?),
         };
         if let Some(window) = wanted.window
             && window != image.window

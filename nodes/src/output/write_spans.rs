@@ -91,10 +91,13 @@ impl Node for WriteSpans {
     }
 
     fn demand(&self, wanted: &Override, upstream: &mut Upstream<'_>) -> Result<()> {
+        // Spans are written whole, by whoever joins the bands of pictures.
+        if wanted.is_for_others() {
+            return Ok(());
+        }
         let (width, height) = wanted.size.unwrap_or(self.size);
         let raster = Raster::new(width, height)?;
         let rows = match wanted.window {
-            _ if wanted.is_for_others() => 0..0,
             Some(window) => {
                 window.y.min(height)..(window.y.saturating_add(window.height)).min(height)
             }
@@ -109,7 +112,6 @@ impl Node for WriteSpans {
 
     fn evaluate(&self, wanted: &Override, inputs: &Inputs<'_>) -> Result<Delivery> {
         let path = self.path.under(inputs.directory());
-        // Spans are written whole, by whoever joins the bands of pictures.
         if wanted.is_for_others() {
             return Ok(Delivery { path, bytes: 0 });
         }
