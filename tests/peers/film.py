@@ -64,8 +64,6 @@ def times(spandrel):
         warm = film("--cache", f"{folder}/cache")
         print(f"48 frames at once {at_once:.1f} s, one by one {alone:.1f} s, the same bytes")
         print(f"with a cache: cold {cold:.1f} s, from it {warm:.1f} s")
-        for lines in ["Sampled(1, Box)", "Sampled(3, Trapezoid)", "Sloped(8)"]:
-            print(f"{lines}: {film('--set', f'lines={lines}'):.1f} s")
 
 
 def memory(spandrel, out):
@@ -241,7 +239,7 @@ def lines(spandrel, out):
             picture = Image.open(f"{folder}/f.0040.png").convert("RGB")
             made.paste(picture, (i * 490, 0))
             made.paste(picture.crop((150, 128, 270, 195)).resize((480, 268), Image.NEAREST), (i * 490, 280))
-        made.quantize(256).save(out, optimize=True)
+        made.save(out, optimize=True)
 
 
 def farm(spandrel, openjd):
