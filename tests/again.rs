@@ -1,7 +1,6 @@
 //! Only what moves is made again ([N]), and what is taken from the picture before is what it would be, bit for bit.
 
 use spandrel_engine::graph::demand::Wishes;
-use spandrel_engine::graph::document::Document;
 use spandrel_engine::graph::report::Evaluated;
 use spandrel_engine::graph::{Graph, Run, Schedule};
 use spandrel_engine::image::{Channel, Image};
@@ -11,12 +10,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-fn graph(folder: &Path, text: &str, frames: &str) -> Graph {
-    let document = Document::parse(text).unwrap_or_else(|faults| panic!("{faults:?}"));
-    let library = spandrel::library();
-    let graph = Graph::check_frames(&document, &library, folder, &frames.parse().unwrap());
-    graph.unwrap_or_else(|faults| panic!("{faults:?}"))
-}
+use crate::films::graph;
 
 /// A picture's colours, depths and names.
 fn evaluate(run: &Run, graph: &Graph, frame: u32) -> Evaluated {

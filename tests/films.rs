@@ -44,7 +44,8 @@ fn parse(text: &str) -> Document {
     Document::parse(text).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 
-fn graph(folder: &Path, text: &str, frames: &str) -> Graph {
+/// A graph that was checked for some frames.
+pub(crate) fn graph(folder: &Path, text: &str, frames: &str) -> Graph {
     let graph =
         Graph::check_frames(&parse(text), &spandrel::library(), folder, &frames.parse().unwrap());
     graph.unwrap_or_else(|faults| panic!("{faults:?}"))
