@@ -357,7 +357,7 @@ fn the_manual_of_scenes_shows_every_shape_and_all_of_it_parses() {
     let manual = include_str!("../graphs/SCENES.md");
     let blocks = manual.split("```ron\n").skip(1).map(|rest| rest.split("```").next().unwrap());
     let (scenes, shapes): (Vec<&str>, Vec<&str>) = blocks.partition(|b| b.starts_with("Scene("));
-    assert_eq!((scenes.len(), shapes.len()), (2, 1));
+    assert_eq!((scenes.len(), shapes.len()), (3, 1));
     for scene in scenes {
         let document = text::parse(Path::new("SCENES.md"), scene.as_bytes()).unwrap();
         let key = Key::of(&document);

@@ -105,8 +105,9 @@ fn files() -> Vec<(&'static str, [Vec<u8>; 2])> {
             "own.ron",
             texts(
                 r#"Scene(
+                    parameters: {"grey": 0.25},
                     materials: {"tiles": (domains: (define: Picture("index.png"), table: {40: "one", 200: "two"})),
-                        "one": (color: 0.25), "two": (color: 0.5)},
+                        "one": (color: Ref("grey")), "two": (color: 0.5)},
                     plans: [(name: "p",
                         cameras: {"front": (position: (0, 0, 9)), "side": (position: (9, 0, 0))},
                         lights: {"a": PointLight(intensity: 3), "b": ParallelLight()},
@@ -228,6 +229,7 @@ fn others(kind: &str, field: &str, is: &str, default: Option<&str>) -> Vec<Strin
         }
         ("Read", "layer" | "part" | "view") => return Vec::new(),
         ("ReadScene", "plan") => &["\"q\""],
+        ("ReadScene", "parameters") => &["{\"grey\": 0.5}"],
         ("ReadScene", "origin") => &["(1, 2, 3)"],
         ("ReadSpans", "scenes") => &["\".\""],
         ("Refine", "select") => &["Objects([\"*\"])"],

@@ -1,7 +1,7 @@
 //! A document in time: what its nodes and parameters say at a moment.
 
 use std::borrow::Cow;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::ops::Range;
 
 use super::diagnostic::{Diagnostic, list, nearest};
@@ -9,7 +9,7 @@ use super::document::{Document, RawNode, field_span};
 use super::parameter::{self, ParameterInfo};
 use super::registry::Registry;
 use crate::moment::Moment;
-use crate::motion::{Motion, Names};
+use crate::motion::{Motion, Named, Names};
 
 /// A document, some of whose values change in time or come from elsewhere.
 pub(super) struct Film {
@@ -89,7 +89,7 @@ impl Film {
     ) -> bool {
         entry.motion.depends_on_frame(part)
             || entry.motion.names(part).into_iter().any(|name| {
-                let found = self.find(name).ok().filter(|_| seen.insert(name));
+                let found = self.entry(name).ok().filter(|_| seen.insert(name));
                 let found = found.and_then(|(entry, field)| {
                     Some((entry, field_span(entry.raw.text.text(), field)?))
                 });
@@ -98,10 +98,10 @@ impl Film {
     }
 
     /// What a name means, a parameter or `node.field`: where it stands, and the field.
-    fn find<'a>(&'a self, name: &'a str) -> Result<(&'a Entry, &'a str), String> {
+    fn entry<'f, 'n>(&'f self, name: &'n str) -> Result<(&'f Entry, &'n str), String> {
         let known =
-            |entries: &'a [Entry], id: &str| entries.iter().find(|entry| entry.raw.id == id);
-        let meant = |what: &str, id: &str, entries: &'a [Entry]| {
+            |entries: &'f [Entry], id: &str| entries.iter().find(|entry| entry.raw.id == id);
+        let meant = |what: &str, id: &str, entries: &'f [Entry]| {
             let ids = entries.iter().map(|entry| entry.raw.id.as_str());
             match nearest(id, ids.clone()) {
                 Some(near) => format!("there is no {what} \"{id}\": did you mean \"{near}\"?"),
@@ -146,8 +146,7 @@ impl Film {
         if entry.motion.is_empty() {
             return Ok(Cow::Borrowed(&entry.raw));
         }
-        let mut names = Lookup { film: self, moment, open: Vec::new(), known: HashMap::new() };
-        let text = entry.motion.at(&entry.raw.text, moment, &mut names)?;
+        let text = entry.motion.at(&entry.raw.text, moment, self)?;
         Ok(Cow::Owned(entry.raw.with(text)))
     }
 
@@ -176,60 +175,31 @@ impl Film {
     }
 }
 
-/// Looks up what is named, at a moment.
-struct Lookup<'f> {
-    film: &'f Film,
-    moment: Moment,
-    /// The names that are being looked up, one because of another.
-    open: Vec<String>,
-    /// What was looked up.
-    known: HashMap<String, String>,
-}
-
-/// The longest text that a value may become, in bytes: references to lists of references grow fast.
-const LONGEST: usize = 1 << 20;
-
-impl Names for Lookup<'_> {
+impl Names for Film {
     fn parameters(&self) -> Vec<&str> {
-        self.film.parameters.iter().map(|entry| entry.raw.id.as_str()).collect()
+        self.parameters.iter().map(|entry| entry.raw.id.as_str()).collect()
     }
 
-    fn text(&mut self, name: &str) -> Result<String, String> {
-        if let Some(known) = self.known.get(name) {
-            return Ok(known.clone());
-        }
-        if let Some(at) = self.open.iter().position(|open| open == name) {
-            let way = self.open[at..].join("\" uses \"");
-            return Err(format!("values use each other in a circle: \"{way}\" uses \"{name}\""));
-        }
-        let film = self.film;
-        let (entry, field) = film.find(name)?;
+    fn find(&self, name: &str) -> Result<Named<'_>, String> {
+        let (entry, field) = self.entry(name)?;
         if entry.is_faulty {
             return Err(format!("\"{name}\" is wrong itself"));
         }
         let text = entry.raw.text.text();
-        let Some(part) = field_span(text, field) else {
-            let kind = film.registry.kind(&entry.raw.kind);
-            let fields = kind.map(|kind| &kind.fields[..]).unwrap_or_default();
-            let known = fields.iter().find(|known| known.name == field);
-            if let Some(known) = known {
-                return known.default.clone().ok_or_else(|| format!("\"{name}\" is not given"));
-            }
-            let names = fields.iter().map(|field| field.name.as_str());
-            let kind = &entry.raw.kind;
-            return Err(match nearest(field, names.clone()) {
-                Some(near) => format!("a {kind} has no field `{field}`: did you mean `{near}`?"),
-                None => format!("a {kind} has no field `{field}`: it has {}", list(names)),
-            });
-        };
-        self.open.push(name.to_owned());
-        let made = entry.motion.part_at(text, part, self.moment, self);
-        self.open.pop();
-        let made = made?;
-        if made.len() > LONGEST {
-            return Err(format!("\"{name}\" becomes longer than {LONGEST} bytes"));
+        if let Some(part) = field_span(text, field) {
+            return Ok(Named::Part(text, part, &entry.motion));
         }
-        self.known.insert(name.to_owned(), made.clone());
-        Ok(made)
+        let kind = self.registry.kind(&entry.raw.kind);
+        let fields = kind.map(|kind| &kind.fields[..]).unwrap_or_default();
+        if let Some(known) = fields.iter().find(|known| known.name == field) {
+            let default = known.default.as_deref();
+            return default.map(Named::Value).ok_or_else(|| format!("\"{name}\" is not given"));
+        }
+        let names = fields.iter().map(|field| field.name.as_str());
+        let kind = &entry.raw.kind;
+        Err(match nearest(field, names.clone()) {
+            Some(near) => format!("a {kind} has no field `{field}`: did you mean `{near}`?"),
+            None => format!("a {kind} has no field `{field}`: it has {}", list(names)),
+        })
     }
 }

@@ -12,14 +12,14 @@
 //! - A **curve** has values at frames. Numbers, vectors, colours, and lists of anything with numbers in it
 //!   move from key to key; what has no numbers changes in steps.
 //! - An **expression** is one of the [stream language](crate::stream), in double precision. It knows `frame`, `time`
-//!   in seconds, the graph's parameters by name and other nodes' fields as `node.field`.
+//!   in seconds, parameters by name and, in a graph, other nodes' fields as `node.field`.
 //! - A **reference** is the value of a parameter, or of another node's field, of any type.
 
 pub(crate) mod curve;
 mod form;
 mod sequence;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 use crate::moment::Moment;
@@ -29,29 +29,64 @@ use crate::text::{Diagnostic, Index, Patch, Woven, offset_in_text};
 use curve::Curve;
 pub use sequence::numbered;
 
-/// Looks up what expressions and references name.
+/// What expressions and references may name.
 pub trait Names {
     /// The names without a dot.
     fn parameters(&self) -> Vec<&str>;
 
-    /// The text of a parameter, or of a field by `node.field`.
+    /// What a name means: a parameter, or a field by `node.field`.
     ///
     /// # Errors
-    /// If there is none, or it leads back to itself.
-    fn text(&mut self, name: &str) -> Result<String, String>;
+    /// If there is no such name.
+    fn find(&self, name: &str) -> Result<Named<'_>, String>;
 }
 
-/// Nothing has a name: expressions know `frame` and `time` only.
+/// What a name means.
 #[derive(Debug)]
-pub struct NoNames;
+pub enum Named<'n> {
+    /// The text of a value.
+    Value(&'n str),
+    /// A part of a text, in which something may move.
+    Part(&'n str, Range<usize>, &'n Motion),
+}
 
-impl Names for NoNames {
-    fn parameters(&self) -> Vec<&str> {
-        Vec::new()
-    }
+/// Looks up what is named, at a moment.
+struct Lookup<'n> {
+    names: &'n dyn Names,
+    moment: Moment,
+    /// The names that are being looked up, one because of another.
+    open: Vec<String>,
+    /// What was looked up.
+    known: HashMap<String, String>,
+}
 
+/// The longest text that a value may become, in bytes: references to lists of references grow fast.
+const LONGEST: usize = 1 << 20;
+
+impl Lookup<'_> {
+    /// The text of what is named.
     fn text(&mut self, name: &str) -> Result<String, String> {
-        Err(format!("there is no \"{name}\" here: `frame` and `time` are known"))
+        if let Some(known) = self.known.get(name) {
+            return Ok(known.clone());
+        }
+        if let Some(at) = self.open.iter().position(|open| open == name) {
+            let way = self.open[at..].join("\" uses \"");
+            return Err(format!("values use each other in a circle: \"{way}\" uses \"{name}\""));
+        }
+        let made = match self.names.find(name)? {
+            Named::Value(text) => text.to_owned(),
+            Named::Part(text, part, motion) => {
+                self.open.push(name.to_owned());
+                let made = motion.part_at(text, part, self);
+                self.open.pop();
+                made?
+            }
+        };
+        if made.len() > LONGEST {
+            return Err(format!("\"{name}\" becomes longer than {LONGEST} bytes"));
+        }
+        self.known.insert(name.to_owned(), made.clone());
+        Ok(made)
     }
 }
 
@@ -179,14 +214,15 @@ impl Motion {
         &self,
         text: &Woven,
         moment: Moment,
-        names: &mut dyn Names,
+        names: &dyn Names,
     ) -> Result<Woven, Vec<Diagnostic>> {
+        let mut names = Lookup { names, moment, open: Vec::new(), known: HashMap::new() };
         let mut made = text.clone();
         let mut faults = Vec::new();
         // From the last to the first, so that places stay.
         for value in self.values.iter().rev() {
             let origin = text.place(value.place.clone());
-            match value.what.text(moment, names) {
+            match value.what.text(&mut names) {
                 Ok(now) => made.replace(value.place.clone(), &[Patch::made(&now, origin)]),
                 Err(MotionFault { at, message }) => {
                     let byte = at.and_then(|at| value.what.byte(text.text(), at));
@@ -199,19 +235,15 @@ impl Motion {
     }
 
     /// A part of the text as it is at a moment.
-    ///
-    /// # Errors
-    /// What cannot be made of it.
-    pub fn part_at(
+    fn part_at(
         &self,
         text: &str,
         part: Range<usize>,
-        moment: Moment,
-        names: &mut dyn Names,
+        names: &mut Lookup<'_>,
     ) -> Result<String, String> {
         let mut made = text[part.clone()].to_owned();
         for value in self.values.iter().rev().filter(|value| part.contains(&value.place.start)) {
-            let now = value.what.text(moment, names).map_err(|fault| fault.message)?;
+            let now = value.what.text(names).map_err(|fault| fault.message)?;
             made.replace_range(value.place.start - part.start..value.place.end - part.start, &now);
         }
         Ok(made)
@@ -258,7 +290,8 @@ impl What {
     }
 
     /// The text of its value at a moment.
-    fn text(&self, moment: Moment, names: &mut dyn Names) -> Result<String, MotionFault> {
+    fn text(&self, names: &mut Lookup<'_>) -> Result<String, MotionFault> {
+        let moment = names.moment;
         let (expression, name) = match self {
             What::Curve(curve) => return Ok(curve.at(moment.frame)),
             What::Reference(name) => return Ok(names.text(name)?),
@@ -268,12 +301,12 @@ impl What {
             }
             What::Expression(expression, _) => (expression, "Expr"),
         };
-        let parameters: Vec<String> = names.parameters().into_iter().map(str::to_owned).collect();
+        let parameters = names.names.parameters();
         let mut given = BTreeMap::new();
         given.insert("frame".to_owned(), vec![moment.frame]);
         given.insert("time".to_owned(), vec![moment.seconds()]);
         for known in expression.names() {
-            let is_outside = known.contains('.') || parameters.iter().any(|p| p == known);
+            let is_outside = known.contains('.') || parameters.contains(&known);
             if !is_outside || given.contains_key(known) {
                 continue;
             }
@@ -283,9 +316,8 @@ impl What {
             })?;
             given.insert(known.to_owned(), value);
         }
-        let known: Vec<&str> = parameters.iter().map(String::as_str).collect();
         let value = expression
-            .value(&given, &known)
+            .value(&given, &parameters)
             .map_err(|fault| MotionFault { at: Some(fault.at), message: fault.message })?;
         if let Some(number) = value.iter().find(|number| !number.is_finite()) {
             let frame = moment.frame;
@@ -347,8 +379,8 @@ mod tests {
             self.0.keys().copied().filter(|name| !name.contains('.')).collect()
         }
 
-        fn text(&mut self, name: &str) -> Result<String, String> {
-            self.0.get(name).map(|text| (*text).to_owned()).ok_or(format!("there is no {name}"))
+        fn find(&self, name: &str) -> Result<Named<'_>, String> {
+            self.0.get(name).map(|text| Named::Value(text)).ok_or(format!("there is no {name}"))
         }
     }
 
@@ -359,8 +391,8 @@ mod tests {
         }
         let table = [("haze", "0.25"), ("eye.position", "(1, 2, 3)"), ("look", "Sloped(8)")];
         let woven = Woven::new(text, 0..text.len());
-        let mut names = Table(table.into_iter().collect());
-        let made = motion.at(&woven, Moment::of_frame(frame), &mut names)?;
+        let names = Table(table.into_iter().collect());
+        let made = motion.at(&woven, Moment::of_frame(frame), &names)?;
         Ok(made.text().to_owned())
     }
 

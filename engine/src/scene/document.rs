@@ -19,6 +19,7 @@ use crate::fragment::Environment;
 use crate::light::list::LightEntry;
 use crate::math;
 use crate::moment::Moment;
+use crate::text::AnyValue;
 
 /// The version of the scene format that this library writes.
 pub const VERSION: u32 = 1;
@@ -38,6 +39,9 @@ pub enum Axis {
 pub struct Document {
     /// The version of the format.
     pub version: u32,
+    /// Values that a text's own expressions and references know by name, as they were when it was read.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, AnyValue>,
     /// Materials by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, Material>,
@@ -55,6 +59,7 @@ impl Default for Document {
     fn default() -> Document {
         Document {
             version: VERSION,
+            parameters: BTreeMap::new(),
             materials: BTreeMap::new(),
             plans: Vec::new(),
             default_plan: None,

@@ -181,10 +181,11 @@ impl Flattening<'_> {
                 }
                 Ok(())
             }
-            Shape::File { path, plan, unit, up } => {
-                let moment = file.document.moment;
+            Shape::File { path, plan, unit, up, parameters } => {
+                let (unit, up, moment) = (*unit, *up, file.document.moment);
+                let parameters = parameters.clone();
                 let options =
-                    ReadOptions { unit: *unit, up: *up, moment, ..ReadOptions::default() };
+                    ReadOptions { unit, up, moment, parameters, ..ReadOptions::default() };
                 // One file in two units is two documents.
                 let id = (file.directory.join(path), options.for_key());
                 if !self.files.contains_key(&id) {

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,6 +11,7 @@ use super::document::{Axis, Document, Transform};
 use crate::error::{Error, Result};
 use crate::key::Key;
 use crate::moment::Moment;
+use crate::text::AnyValue;
 
 /// Reads the files that documents name.
 pub trait Library: Debug + Send + Sync {
@@ -80,6 +82,9 @@ pub struct ReadOptions {
     /// The name of the animation that a glTF file plays; absent, its first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub animation: Option<String>,
+    /// What the parameters of a scene's text are, by name; those that are not here are as the text has them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, AnyValue>,
 }
 
 /// What was read from a file.
@@ -136,9 +141,16 @@ impl ReadOptions {
         fn later<T: Serialize>(name: &str, value: &Option<T>) -> String {
             value.as_ref().map_or(String::new(), |_| format!(", {name}: {}", text(value)))
         }
-        let ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation } = self;
-        let later =
-            [later("lod", lod), later("moment", moment), later("animation", animation)].concat();
+        let ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation, parameters } =
+            self;
+        let parameters = (!parameters.is_empty()).then_some(parameters);
+        let later = [
+            later("lod", lod),
+            later("moment", moment),
+            later("animation", animation),
+            later("parameters", &parameters),
+        ]
+        .concat();
         format!(
             "ReadOptions {{ unit: {}, up: {}, origin: {}, crease: {}, pictures: {}{later} }}",
             text(unit),

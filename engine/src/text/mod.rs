@@ -2,6 +2,7 @@
 //! once ([`parse`]), what is said of them, and how they are shown ([`Diagnostic`]); names, and what is said of wrong
 //! ones.
 
+mod any_value;
 pub mod diagnostic;
 pub mod index;
 pub mod parse;
@@ -9,6 +10,7 @@ pub(crate) mod token;
 mod wording;
 pub mod woven;
 
+pub use any_value::AnyValue;
 pub use diagnostic::{Diagnostic, Faults, Severity};
 pub use index::Index;
 pub(crate) use token::offset_in_text;

@@ -7,6 +7,8 @@ use spandrel_engine::graph::InFile;
 use spandrel_engine::graph::{Inputs, Node, Upstream};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::scene::read::{self, Axis, ReadOptions};
+use spandrel_engine::text::AnyValue;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Reads a scene: glTF, OBJ, PLY, STL, CityJSON, CityGML, or Spandrel's own text and binary
@@ -43,6 +45,9 @@ pub struct ReadScene {
     pub lod: Option<f64>,
     /// The animation of a glTF file that is played, by its name. If absent, the file's first.
     pub animation: Option<String>,
+    /// Values for the parameters of a scene in RON, by name, such as `{"autumn": Ref("autumn")}` for
+    /// the graph's own. If absent, as the file has them.
+    pub parameters: BTreeMap<String, AnyValue>,
     /// The scene's name in messages and object names. If absent, the file's path.
     pub name: Option<String>,
 }
@@ -64,11 +69,12 @@ impl Node for ReadScene {
 
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Scene> {
         let moment = inputs.moment();
-        let ReadScene { file, plan, unit, up, origin, crease, pictures, lod, animation, name } =
-            self;
+        let ReadScene { file, plan, unit, up, origin, crease, pictures, .. } = self;
+        let ReadScene { lod, animation, parameters, name, .. } = self;
         let (unit, up, origin, crease, pictures) = (*unit, *up, *origin, *crease, *pictures);
-        let (lod, animation) = (*lod, animation.clone());
-        let options = ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation };
+        let (lod, animation, parameters) = (*lod, animation.clone(), parameters.clone());
+        let options =
+            ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation, parameters };
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.under(inputs.directory()), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));

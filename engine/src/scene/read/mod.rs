@@ -217,6 +217,12 @@ fn contents(
     // PLY and STL are either, and look for themselves.
     let is_text = !matches!(format, Format::Ply | Format::Stl | Format::Glb | Format::Binary);
     let text = if is_text { reader.text(bytes)? } else { Cow::Borrowed("") };
+    if !options.parameters.is_empty() && !matches!(format, Format::Text) {
+        return Err(Error::in_file(
+            &reader.path,
+            "only scenes in RON have parameters: this file takes none",
+        ));
+    }
     if options.animation.is_some() && !matches!(format, Format::Gltf | Format::Glb) {
         reader.note("`animation` names one of a glTF file, and this is none: it changes nothing");
     }
@@ -233,7 +239,15 @@ fn contents(
             if options.moment.is_none() && text::moves(bytes).0 {
                 reader.about.push("it moves in time; this is frame 1".to_owned());
             }
-            (text::parse_at(&reader.path, text.as_bytes(), moment)?, METRES)
+            let parameters = &options.parameters;
+            let document = text::parse_at(&reader.path, text.as_bytes(), moment, parameters)?;
+            let told = document.parameters.iter();
+            let told: Vec<String> =
+                told.map(|(name, value)| format!("{name} ({})", value.text())).collect();
+            if !told.is_empty() {
+                reader.about.push(format!("its parameters: {}", told.join(", ")));
+            }
+            (document, METRES)
         }
         Format::Binary => (binary::parse(&reader.path, bytes)?, METRES),
     })

@@ -18,42 +18,55 @@
 //! )
 //! ```
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
 
 use super::super::document::{Document, VERSION};
 use crate::error::{Error, Result};
 use crate::moment::Moment;
-use crate::motion::{Motion, NoNames};
+use crate::motion::{Motion, Named, Names};
 use crate::open;
-use crate::text::{Diagnostic, Faults, Index, Woven, list, meant_path, nearest, options, parse};
+use crate::text::{
+    AnyValue, Diagnostic, Faults, Index, Patch, Woven, list, meant_path, nearest, options, parse,
+};
 
-/// Parses a scene text, as it is at the first frame.
+/// Parses a scene text, as it is at the first frame, with its own values for its parameters.
 ///
 /// # Errors
 /// If the bytes are no text, not RON, or not a scene: all that is wrong, with the places.
 pub fn parse(path: &Path, bytes: &[u8]) -> Result<Document> {
-    parse_at(path, bytes, Moment::default())
+    parse_at(path, bytes, Moment::default(), &BTreeMap::new())
 }
 
-/// Parses a scene text as it is at a moment.
+/// Parses a scene text as it is at a moment, with values for its parameters.
 ///
 /// # Errors
-/// As [`parse()`].
-pub fn parse_at(path: &Path, bytes: &[u8], moment: Moment) -> Result<Document> {
+/// As [`parse()`]; if the text has no parameter of a name.
+pub fn parse_at(
+    path: &Path,
+    bytes: &[u8],
+    moment: Moment,
+    given: &BTreeMap<String, AnyValue>,
+) -> Result<Document> {
     let whole = &*open::text(path, bytes)?.text;
     let refuse = |list: Vec<Diagnostic>| {
         let faults = Faults { path: path.to_owned(), text: whole.to_owned(), list };
         Err(Error::Text(Box::new(faults)))
     };
-    let (motion, faults) = Motion::find(whole, |_| false);
+    let mut woven = Woven::new(whole, 0..whole.len());
+    give(&mut woven, given).map_err(|message| Error::in_file(path, message))?;
+    let (motion, mut faults) = Motion::find(woven.text(), |_| false);
+    for fault in &mut faults {
+        fault.span = woven.place(fault.span.clone());
+    }
     if !faults.is_empty() {
         return refuse(faults);
     }
-    let mut woven = Woven::new(whole, 0..whole.len());
     if !motion.is_empty() {
-        woven = match motion.at(&woven, moment, &mut NoNames) {
+        let text = woven.text();
+        let names = Parameters { text, motion: &motion, places: parameters(text) };
+        woven = match motion.at(&woven, moment, &names) {
             Ok(woven) => woven,
             Err(faults) => return refuse(faults),
         };
@@ -85,6 +98,76 @@ pub fn parse_at(path: &Path, bytes: &[u8], moment: Moment) -> Result<Document> {
         ));
     }
     Ok(document)
+}
+
+/// The parameters of a scene text, by name, and where their values stand.
+fn parameters(text: &str) -> Vec<(String, Range<usize>)> {
+    if !text.contains("parameters") {
+        return Vec::new();
+    }
+    let index = Index::new(text);
+    let Some(at) = index.items().position(|item| {
+        let is_named = item.key.clone().is_some_and(|key| &text[key] == "parameters");
+        is_named && item.parent == 1
+    }) else {
+        return Vec::new();
+    };
+    let entry = |item: &crate::text::index::Item| {
+        let name = ron::from_str(&text[item.key.clone()?]).ok()?;
+        Some((name, item.value.clone()))
+    };
+    index.children(at).filter_map(|(_, item)| entry(item)).collect()
+}
+
+/// Puts values in the place of those that a text has for its parameters.
+fn give(woven: &mut Woven, given: &BTreeMap<String, AnyValue>) -> std::result::Result<(), String> {
+    let known = parameters(woven.text());
+    if let Some(name) = given.keys().find(|name| known.iter().all(|(known, _)| known != *name)) {
+        let names = || known.iter().map(|(name, _)| name.as_str());
+        return Err(match nearest(name, names()) {
+            Some(near) => {
+                format!("the scene has no parameter \"{name}\": did you mean \"{near}\"?")
+            }
+            None => format!("the scene has no parameter \"{name}\": it has {}", list(names())),
+        });
+    }
+    // From the last to the first, so that places stay.
+    for (name, place) in known.iter().rev() {
+        if let Some(value) = given.get(name) {
+            let origin = woven.place(place.clone());
+            woven.replace(place.clone(), &[Patch::made(value.text(), origin)]);
+        }
+    }
+    Ok(())
+}
+
+/// What the values of a scene text may name: its own parameters.
+struct Parameters<'t> {
+    text: &'t str,
+    motion: &'t Motion,
+    places: Vec<(String, Range<usize>)>,
+}
+
+impl Names for Parameters<'_> {
+    fn parameters(&self) -> Vec<&str> {
+        self.places.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    fn find(&self, name: &str) -> std::result::Result<Named<'_>, String> {
+        if let Some((_, place)) = self.places.iter().find(|(known, _)| known == name) {
+            return Ok(Named::Part(self.text, place.clone(), self.motion));
+        }
+        Err(match nearest(name, self.parameters()) {
+            Some(near) => format!("there is no parameter \"{name}\": did you mean \"{near}\"?"),
+            None if self.places.is_empty() => format!(
+                "there is no \"{name}\" here: `frame`, `time` and the scene's own `parameters` are known"
+            ),
+            None => {
+                let known = list(self.parameters());
+                format!("there is no parameter \"{name}\": the scene has {known}")
+            }
+        })
+    }
 }
 
 /// Whether a scene text is another at another moment, and the scenes that it names.

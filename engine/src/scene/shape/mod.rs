@@ -11,11 +11,13 @@ mod terrain;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 use super::document::Object;
 use super::face::{Outline, Seal, Sides};
 use super::mesh::Mesh;
 use crate::error::{Error, Result};
+use crate::text::AnyValue;
 
 /// What an object is made of. Lengths are in metres, angles in degrees.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -177,6 +179,9 @@ pub enum Shape {
         /// The axis that points up in the file. If absent, what the format says.
         #[serde(default)]
         up: Option<super::document::Axis>,
+        /// What the parameters of a scene in RON are, by name. If absent, as the file has them.
+        #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+        parameters: BTreeMap<String, AnyValue>,
     },
     /// One of the plan's definitions.
     Instance(String),
