@@ -47,6 +47,7 @@ mod picture_files;
 mod pictures;
 mod plates;
 mod plugins;
+mod priority;
 mod probes;
 mod rays;
 mod real;

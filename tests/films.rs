@@ -64,7 +64,7 @@ fn faults(folder: &Path, text: &str, frames: &str) -> Vec<(String, String)> {
     blamed.collect()
 }
 
-fn evaluate(run: &Run, graph: &Graph, node: &str, frames: &[f64]) -> Evaluated {
+pub(crate) fn evaluate(run: &Run, graph: &Graph, node: &str, frames: &[f64]) -> Evaluated {
     let mut wishes = Wishes::new();
     for frame in frames {
         let channels = BTreeSet::from([Channel::Color]);
@@ -75,12 +75,12 @@ fn evaluate(run: &Run, graph: &Graph, node: &str, frames: &[f64]) -> Evaluated {
     run.evaluate(graph, &schedule, &()).unwrap()
 }
 
-fn picture(graph: &Graph, node: &str, frame: f64) -> Arc<Image> {
+pub(crate) fn picture(graph: &Graph, node: &str, frame: f64) -> Arc<Image> {
     evaluate(&Run::new(), graph, node, &[frame]).value(0)
 }
 
 /// How often each node was computed.
-fn computed(done: &Evaluated) -> BTreeMap<&str, usize> {
+pub(crate) fn computed(done: &Evaluated) -> BTreeMap<&str, usize> {
     let mut counts = BTreeMap::new();
     for report in done.reports.iter().filter(|report| report.outcome == Outcome::Evaluated) {
         *counts.entry(report.node.as_str()).or_insert(0) += 1;

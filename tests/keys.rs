@@ -8,6 +8,7 @@ use spandrel_engine::graph::{Graph, Registry, Run, Schedule};
 use spandrel_engine::image::{Channel, Image};
 use spandrel_engine::key::Key;
 use spandrel_engine::raster::Raster;
+use spandrel_engine::render::priority::BspTree;
 use spandrel_engine::resolve::Rule;
 use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
@@ -46,6 +47,8 @@ const ALL: &str = r##"Graph(nodes: {
     "clouds": PanoramaLight(image: "panorama"),
     "solid": Scanline(scene: "box", camera: "eye"),
     "others": Scanline(scene: "own", camera: "eye"),
+    "tree": BspTree(scene: "own"),
+    "drawn": ListPriority(tree: "tree", camera: "eye"),
     "photo": Read(file: "photo.png"),
     "cut": Matte(image: "photo"),
     "trees": Billboards(camera: "eye", pictures: ["cut"], trees: [(0, (0, 0, 0), 1)]),
@@ -168,6 +171,7 @@ fn keys(
         match node.output {
             "Scene" => wishes.want::<Scene>(id, ()),
             "Camera" => wishes.want::<spandrel_engine::camera::Camera>(id, ()),
+            "BspTree" => wishes.want::<BspTree>(id, ()),
             "Light" => wishes.want::<Lamps>(id, ()),
             "SpanImage" => wishes.want::<SpanImage>(id, lines),
             "Image" => wishes.want::<Image>(id, picture),
@@ -229,6 +233,7 @@ fn others(kind: &str, field: &str, is: &str, default: Option<&str>) -> Vec<Strin
         }
         ("Read", "layer" | "part" | "view") => return Vec::new(),
         ("ReadScene", "plan") => &["\"q\""],
+        ("ReadScene", "objects") => &["[\"tri\"]"],
         ("ReadScene", "parameters") => &["{\"grey\": 0.5}"],
         ("ReadScene", "origin") => &["(1, 2, 3)"],
         ("ReadSpans", "scenes") => &["\".\""],

@@ -216,8 +216,8 @@ const LAYERS: [(&str, &[&str]); 35] = [
     (
         "values",
         &[
-            "camera", "error", "graph", "image", "key", "light", "raster", "resolve", "scene",
-            "span",
+            "camera", "error", "graph", "image", "key", "light", "raster", "render", "resolve",
+            "scene", "span", "visible",
         ],
     ),
     (

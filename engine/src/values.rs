@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`Scene`] | nothing | readers |
 //! | [`Camera`] | nothing | cameras |
+//! | [`BspTree`] | nothing | trees over scenes |
 //! | [`SpanImage`] | a raster, a line plan, rows ([`SpanDemand`]) | renderers, merges, shaders |
 //! | [`Lamps`] | nothing | lights |
 //! | [`Image`] | channels, and what the command line overrides ([`PictureDemand`]) | resolve, image nodes |
@@ -15,7 +16,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::camera::Camera;
+use crate::camera::{Camera, View};
 use crate::error::{Error, Result};
 use crate::graph::node::FieldError;
 use crate::graph::{Demand, Inputs, Link, NamedLink, Value};
@@ -25,9 +26,12 @@ use crate::light::Lamp;
 use crate::light::list::MakeLamp;
 use crate::light::seen::SeenSky;
 use crate::raster::{LinePlan, Raster, Rows};
+use crate::render::priority::{BspTree, TreeCounts};
+use crate::render::scanline::{self, Cluster};
 use crate::resolve::Framing;
 use crate::scene::Scene;
 use crate::span::SpanImage;
+use crate::visible;
 
 impl Value for Scene {
     type Demand = ();
@@ -59,6 +63,25 @@ impl Value for Camera {
     }
 }
 
+impl Value for BspTree {
+    type Demand = ();
+    const NAME: &'static str = "BspTree";
+
+    fn key(&self) -> Option<Key> {
+        // It is a function of its scene.
+        Some(Key::of(&("tree", Value::key(&**self.scene()))))
+    }
+
+    fn bytes(&self) -> usize {
+        BspTree::bytes(self)
+    }
+
+    fn facts(&self) -> Vec<(&'static str, u64)> {
+        let TreeCounts { faces, nodes, splits, .. } = self.counts();
+        vec![("faces", faces), ("nodes", nodes), ("splits", splits)]
+    }
+}
+
 /// What is asked of a [`SpanImage`]: where its lines lie, and which rows are needed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpanDemand {
@@ -70,6 +93,38 @@ pub struct SpanDemand {
     pub rows: Rows,
     /// Whether what lies behind opaque surfaces is needed too: something changes how much of it they hide.
     pub layered: bool,
+}
+
+impl SpanDemand {
+    /// What a camera sees of a scene, found by `solve` of its [frame](scanline::frame). Where results are stored, what
+    /// is seen is; faces are made ready again. Tells the user if nothing is seen.
+    ///
+    /// # Errors
+    /// As [`scanline::frame`].
+    pub fn seen(
+        &self,
+        scene: &Arc<Scene>,
+        camera: &Camera,
+        priority: i32,
+        inputs: &Inputs<'_>,
+        solve: impl FnOnce(&SpanImage) -> SpanImage,
+    ) -> Result<SpanImage> {
+        let view = View::new(camera, self.raster)?;
+        let cluster = Cluster { priority, layered: self.layered, ..scene.clone().into() };
+        let frame = scanline::frame(&[cluster], &view, self.plan, self.rows.clone())?;
+        let image = inputs.remembered(
+            |bytes| visible::restore(&frame, bytes),
+            || Ok(solve(&frame)),
+            visible::stored::packed,
+        )?;
+        let faces = scene.face_count();
+        if image.face_count() == 0 && faces > 0 {
+            inputs.warn(&format!(
+                "the camera sees none of the {faces} faces: `spandrel info` says where the scene lies"
+            ));
+        }
+        Ok(image)
+    }
 }
 
 impl Demand for SpanDemand {

@@ -53,9 +53,13 @@ pub mod output {
 pub mod render {
     mod background;
     mod billboards;
+    mod bsp_tree;
+    mod list_priority;
     mod scanline;
     pub use background::Background;
     pub use billboards::{Area, Billboards, Row};
+    pub use bsp_tree::BspTree;
+    pub use list_priority::ListPriority;
     pub use scanline::Scanline;
 }
 
@@ -137,6 +141,8 @@ pub fn register(registry: &mut Registry) {
         .register::<output::WriteSpans>()
         .register::<render::Background>()
         .register::<render::Billboards>()
+        .register::<render::BspTree>()
+        .register::<render::ListPriority>()
         .register::<render::Scanline>()
         .register::<shade::Fog>()
         .register::<shade::Illuminate>()

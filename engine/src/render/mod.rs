@@ -4,6 +4,7 @@
 //! | renderer | renders | paper |
 //! |---|---|---|
 //! | [`scanline`] | the faces of scenes | \[N], \[D] |
+//! | [`priority`] | the same, by a tree that gives faces their order for any eye | \[D] |
 //! | [`background`] | what stands behind everything, in all directions | \[N] |
 //! | [`billboards`] | trees from photographs, on cards | \[N] 4.2 |
 //!
@@ -12,4 +13,5 @@
 
 pub mod background;
 pub mod billboards;
+pub mod priority;
 pub mod scanline;

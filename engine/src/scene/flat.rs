@@ -21,6 +21,7 @@ use crate::image::file::Encoded;
 use crate::key::{Key, KeyHasher};
 use crate::light::list::{LightEntry, MakeLamp};
 use crate::open;
+use crate::text::{list, names_object, nearest};
 
 /// A plan made ready for rendering. Immutable; its key stands for its contents.
 #[derive(Clone, Debug)]
@@ -242,6 +243,34 @@ impl Scene {
         let document = Document::with_plan(plan);
         let library: Arc<dyn Library> = Arc::new(NoFiles);
         Scene::with_library(&document, None, label, Key::of(&document), (Path::new(""), &library))
+    }
+
+    /// Keeps the objects that some pattern names, as `house/*` or `roof`, and leaves out all others.
+    ///
+    /// # Errors
+    /// If a pattern names none.
+    pub(super) fn keep(&mut self, patterns: &[String]) -> std::result::Result<(), String> {
+        let paths = || self.instances.iter().map(|instance| instance.path.as_str());
+        let is_lost = |pattern: &&String| !paths().any(|path| names_object(pattern, path));
+        if let Some(lost) = patterns.iter().find(is_lost) {
+            let parts: BTreeSet<&str> = paths().flat_map(|path| path.split('/')).collect();
+            return Err(match nearest(lost, parts.iter().copied()) {
+                Some(near) => {
+                    format!("the scene has no object \"{lost}\": did you mean \"{near}\"?")
+                }
+                None => format!("the scene has no object \"{lost}\": it has {}", list(parts)),
+            });
+        }
+        let is_kept = |instance: &Instance| {
+            patterns.iter().any(|pattern| names_object(pattern, &instance.path))
+        };
+        self.instances.retain(is_kept);
+        let mut first = 0;
+        for instance in &mut self.instances {
+            instance.first_ordinal = first;
+            first += instance.geometry.part_count();
+        }
+        Ok(())
     }
 
     /// The number of faces, seals and drawn edges.

@@ -82,6 +82,9 @@ pub struct ReadOptions {
     /// The name of the animation that a glTF file plays; absent, its first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub animation: Option<String>,
+    /// The objects that are taken, by patterns of their paths; absent, all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<String>,
     /// What the parameters of a scene's text are, by name; those that are not here are as the text has them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub parameters: BTreeMap<String, AnyValue>,
@@ -141,13 +144,15 @@ impl ReadOptions {
         fn later<T: Serialize>(name: &str, value: &Option<T>) -> String {
             value.as_ref().map_or(String::new(), |_| format!(", {name}: {}", text(value)))
         }
-        let ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation, parameters } =
-            self;
+        let ReadOptions { unit, up, origin, crease, pictures, lod, .. } = self;
+        let ReadOptions { moment, animation, objects, parameters, .. } = self;
+        let objects = (!objects.is_empty()).then_some(objects);
         let parameters = (!parameters.is_empty()).then_some(parameters);
         let later = [
             later("lod", lod),
             later("moment", moment),
             later("animation", animation),
+            later("objects", &objects),
             later("parameters", &parameters),
         ]
         .concat();

@@ -7,10 +7,11 @@
 
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::band::LANES;
 use crate::raster::Raster;
-use crate::span::{Face, FaceId, FaceTable, SpanImage};
+use crate::span::{Face, FaceId, FaceTable, Source, SpanImage};
 
 /// Steps of depth by which a band's faces are ordered.
 const DEPTHS: usize = 256;
@@ -44,31 +45,40 @@ pub(super) fn met(frame: &SpanImage, lines: &Range<u32>, (top, bottom): (f64, f6
 }
 
 impl Bins {
-    /// The faces of a frame that are meant, by band; `bands` says which of them, half-open, a face meets
-    /// that reaches from one height to another, in pixels.
+    /// The faces of a frame that are meant, by band, in a given order or in that of their sources; `bands` says which of
+    /// them, half-open, a face meets that reaches from one height to another, in pixels.
     pub(super) fn new(
         frame: &SpanImage,
+        order: Option<&[FaceId]>,
         count: usize,
         is_meant: impl Fn(&Face) -> bool + Sync,
         bands: impl Fn(f64, f64) -> Bands + Sync,
     ) -> Bins {
-        let faces: Vec<(Bands, BinEntry)> = frame
-            .sources()
-            .iter()
-            .enumerate()
-            .flat_map(|(source, known)| {
-                let table = &*known.faces;
-                let entry = |(place, face): (usize, &Face)| {
-                    let (top, bottom) = table.extent(face);
-                    let (first, end) = bands(top, bottom);
-                    let id = frame.id(source, place);
-                    (first < end).then(|| ((first, end), BinEntry::new(table, face, id, frame)))
+        let entry = |table: &FaceTable, face: &Face, id: FaceId| {
+            let (top, bottom) = table.extent(face);
+            let (first, end) = if is_meant(face) { bands(top, bottom) } else { (0, 0) };
+            (first < end).then(|| ((first, end), BinEntry::new(table, face, id, frame)))
+        };
+        let faces: Vec<(Bands, BinEntry)> = match order {
+            Some(order) => {
+                let listed = order.par_iter().with_min_len(4096).filter_map(|id| {
+                    let (source, face) = frame.face(*id);
+                    entry(&source.faces, face, *id)
+                });
+                listed.collect()
+            }
+            None => {
+                let sources = frame.sources().iter().enumerate();
+                let of_source = |(source, known): (usize, &Arc<Source>)| {
+                    let faces = known.faces.faces().par_iter().with_min_len(4096).enumerate();
+                    let entries = faces.filter_map(|(place, face)| {
+                        entry(&known.faces, face, frame.id(source, place))
+                    });
+                    entries.collect::<Vec<_>>()
                 };
-                let faces = table.faces().par_iter().with_min_len(4096).enumerate();
-                let meant = faces.filter(|(_, face)| is_meant(face));
-                meant.filter_map(entry).collect::<Vec<_>>()
-            })
-            .collect();
+                sources.flat_map(of_source).collect()
+            }
+        };
         // A sort by counting: how many faces each band has, from there where each band's begin, and
         // then each face into its places.
         let mut starts = vec![0; count + 1];

@@ -46,7 +46,7 @@ impl FaceIndex {
             // Clamped, a face above the raster would seem to reach into row 0.
             if bottom < 0.0 { (0, 0) } else { (row(top), (row(bottom) + 1).min(height)) }
         };
-        FaceIndex { rows: Bins::new(image, height as usize, |_| true, rows) }
+        FaceIndex { rows: Bins::new(image, None, height as usize, |_| true, rows) }
     }
 
     /// For each area of a row the faces that may be seen in it, translucent ones too. Areas need not be

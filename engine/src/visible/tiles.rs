@@ -29,15 +29,19 @@ const TILE: u32 = 8;
 const STALE: u32 = 8;
 
 /// Solves all lines of a frame: the opaque spans, and the segments of translucent faces before them. Bands that are as
-/// they were before are taken from there.
-pub(super) fn solve(frame: &SpanImage, before: Option<&Before>) -> (Lines, Layers) {
+/// they were before are taken from there. Faces are looked at in a given order, or roughly from front to back.
+pub(super) fn solve(
+    frame: &SpanImage,
+    order: Option<&[FaceId]>,
+    before: Option<&Before>,
+) -> (Lines, Layers) {
     let lines = frame.plan().lines(&frame.rows());
-    let bins = bins_of(frame, &lines, before, false);
+    let bins = bins_of(frame, order, &lines, before, false);
     let has_layers = frame
         .sources()
         .iter()
         .any(|source| source.faces.faces().iter().any(|face| face.is_translucent));
-    let layers = has_layers.then(|| bins_of(frame, &lines, before, true));
+    let layers = has_layers.then(|| bins_of(frame, order, &lines, before, true));
     let bands = (lines.len() as u32).div_ceil(LANES as u32);
     let watch = Watch::current();
     watch.begin(bands as usize);
@@ -45,7 +49,7 @@ pub(super) fn solve(frame: &SpanImage, before: Option<&Before>) -> (Lines, Layer
     let (opaque, translucent): (Vec<Lines>, Vec<Layers>) = (0..bands)
         .into_par_iter()
         .map_init(
-            || Solver::new(frame),
+            || Solver { is_ordered: order.is_some(), ..Solver::new(frame) },
             |solver, number| {
                 watch.step();
                 let first = lines.start + number * LANES as u32;
@@ -71,6 +75,7 @@ pub(super) fn solve(frame: &SpanImage, before: Option<&Before>) -> (Lines, Layer
 /// already need none.
 fn bins_of(
     frame: &SpanImage,
+    order: Option<&[FaceId]>,
     lines: &Range<u32>,
     before: Option<&Before>,
     translucent: bool,
@@ -80,7 +85,7 @@ fn bins_of(
         before.map_or(bands, |before| before.changed(bands))
     };
     let count = lines.len().div_ceil(LANES);
-    Bins::new(frame, count, |face| face.is_translucent == translucent, bands)
+    Bins::new(frame, order, count, |face| face.is_translucent == translucent, bands)
 }
 
 /// A segment of a tile's line: its first cell, and the face seen with its depth on this line. It ends
@@ -111,6 +116,8 @@ struct Solver<'a> {
     frame: &'a SpanImage,
     raster: Raster,
     limits: Limits,
+    /// Whether the faces of a band come in an order that is kept.
+    is_ordered: bool,
     cells_per_tile: u32,
     tiles: Vec<Tile>,
     /// By tile: no winner is farther than this; minus infinity where there is background.
@@ -141,6 +148,7 @@ impl<'a> Solver<'a> {
             frame,
             raster,
             limits: Limits::new(frame.view()),
+            is_ordered: false,
             cells_per_tile: TILE.min(raster.width) << raster.fraction_bits(),
             tiles: std::iter::repeat_with(Tile::default).take(count).collect(),
             bounds: vec![f64::NEG_INFINITY; count],
@@ -152,8 +160,10 @@ impl<'a> Solver<'a> {
     fn solve(&mut self, band: &Band, faces: &[BinEntry]) -> Lines {
         self.clear();
         let mut entries = std::mem::take(&mut self.entries);
-        bins::sort_front_to_back(faces, &mut entries);
-        for entry in entries.iter() {
+        if !self.is_ordered {
+            bins::sort_front_to_back(faces, &mut entries);
+        }
+        for entry in if self.is_ordered { faces } else { &entries } {
             if self.is_hidden(entry) {
                 continue;
             }

@@ -4,9 +4,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use spandrel_engine::Result;
-use spandrel_engine::camera::{Camera, View};
+use spandrel_engine::camera::Camera;
 use spandrel_engine::graph::{Inputs, Link, Node, Upstream};
-use spandrel_engine::render::scanline::{self, Cluster};
 use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::SpanDemand;
@@ -44,22 +43,7 @@ impl Node for Scanline {
     }
 
     fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
-        let view = View::new(&inputs.get(&self.camera), wanted.raster)?;
-        let (scene, priority) = (inputs.get(&self.scene), self.priority);
-        let cluster = Cluster { priority, layered: wanted.layered, ..scene.into() };
-        let faces = cluster.scene.face_count();
-        // Faces are made ready again; what is seen of them may be stored.
-        let frame = scanline::frame(&[cluster], &view, wanted.plan, wanted.rows.clone())?;
-        let image = inputs.remembered(
-            |bytes| visible::restore(&frame, bytes),
-            || Ok(visible::solve(frame.clone())),
-            visible::stored::packed,
-        )?;
-        if image.face_count() == 0 && faces > 0 {
-            inputs.warn(&format!(
-                "the camera sees none of the {faces} faces: `spandrel info` says where the scene lies"
-            ));
-        }
-        Ok(image)
+        let (scene, camera) = (inputs.get(&self.scene), inputs.get(&self.camera));
+        wanted.seen(&scene, &camera, self.priority, inputs, |frame| visible::solve(frame.clone()))
     }
 }

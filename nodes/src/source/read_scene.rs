@@ -45,6 +45,9 @@ pub struct ReadScene {
     pub lod: Option<f64>,
     /// The animation of a glTF file that is played, by its name. If absent, the file's first.
     pub animation: Option<String>,
+    /// The objects to take, by patterns of their paths such as `house/*`; the name of a group takes all
+    /// that is in it. Others are not there: they cast no shadow either. If absent, all.
+    pub objects: Vec<String>,
     /// Values for the parameters of a scene in RON, by name, such as `{"autumn": Ref("autumn")}` for
     /// the graph's own. If absent, as the file has them.
     pub parameters: BTreeMap<String, AnyValue>,
@@ -70,11 +73,22 @@ impl Node for ReadScene {
     fn evaluate(&self, (): &(), inputs: &Inputs<'_>) -> Result<Scene> {
         let moment = inputs.moment();
         let ReadScene { file, plan, unit, up, origin, crease, pictures, .. } = self;
-        let ReadScene { lod, animation, parameters, name, .. } = self;
+        let ReadScene { lod, animation, objects, parameters, name, .. } = self;
         let (unit, up, origin, crease, pictures) = (*unit, *up, *origin, *crease, *pictures);
-        let (lod, animation, parameters) = (*lod, animation.clone(), parameters.clone());
-        let options =
-            ReadOptions { unit, up, origin, crease, pictures, lod, moment, animation, parameters };
+        let (lod, animation) = (*lod, animation.clone());
+        let (objects, parameters) = (objects.clone(), parameters.clone());
+        let options = ReadOptions {
+            unit,
+            up,
+            origin,
+            crease,
+            pictures,
+            lod,
+            moment,
+            animation,
+            objects,
+            parameters,
+        };
         let label = name.as_deref().unwrap_or(&file.0);
         let scene = read::scene(&file.under(inputs.directory()), plan.as_deref(), label, &options)?;
         scene.notes.iter().for_each(|note| inputs.warn(note));

@@ -129,7 +129,7 @@ fn unpack(origin: &Origin, contents: &[u8], how: &How, label: &str) -> Result<Sc
     let scene = Scene::with_files(&document, plan, label, key, (&directory, &library()), files);
     let (mut scene, _) = scene.map_err(|error| fault(error.to_string()))?;
     scene.missing = missing;
-    how.options.apply(&mut scene);
+    how.options.apply(&mut scene).map_err(fault)?;
     Ok(scene)
 }
 

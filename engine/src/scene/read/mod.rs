@@ -138,7 +138,7 @@ pub fn scene(path: &Path, plan: Option<&str>, label: &str, options: &ReadOptions
     })?;
     scene.notes.splice(0..0, reading.notes);
     scene.missing.splice(0..0, reading.missing);
-    options.apply(&mut scene);
+    options.apply(&mut scene).map_err(|message| Error::in_file(path, message))?;
     scene.pictures = Some(scene.key_of_pictures());
     scene.origin = Some(bundle::origin(path, plan, options, scene.key));
     Ok(scene)
@@ -146,7 +146,13 @@ pub fn scene(path: &Path, plan: Option<&str>, label: &str, options: &ReadOptions
 
 impl ReadOptions {
     /// What is done to a scene that is ready.
-    fn apply(&self, scene: &mut Scene) {
+    ///
+    /// # Errors
+    /// If it has none of the objects.
+    fn apply(&self, scene: &mut Scene) -> std::result::Result<(), String> {
+        if !self.objects.is_empty() {
+            scene.keep(&self.objects)?;
+        }
         if self.pictures == Some(false) {
             scene.materials.iter_mut().for_each(|material| {
                 material.maps.clear();
@@ -155,6 +161,7 @@ impl ReadOptions {
             });
             scene.missing.clear();
         }
+        Ok(())
     }
 }
 
