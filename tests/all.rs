@@ -43,6 +43,7 @@ mod papers;
 mod parts;
 mod penumbra;
 mod photometry;
+mod picked;
 mod picture_files;
 mod pictures;
 mod plates;

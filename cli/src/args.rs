@@ -32,6 +32,7 @@ pub(crate) enum Command {
     Nodes(Nodes),
     Measure(Measure),
     Inspect(Inspect),
+    Pick(Pick),
     Info(Info),
     Convert(Convert),
     Diff(Diff),
@@ -246,6 +247,31 @@ pub(crate) struct Inspect {
     pub(crate) output: Option<PathBuf>,
 }
 
+/// Tells what is seen in a pixel: objects, faces, seals, materials, distances, and their shares.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Pick {
+    /// The graph.
+    pub(crate) graph: PathBuf,
+    /// The column from the left and the row from the top, from 0, in pixels of the size that visibility is solved for.
+    #[arg(long, value_name = "X,Y", value_parser = pixel)]
+    pub(crate) pixel: [u32; 2],
+    /// The image: a node that makes a SpanImage. Default: the one that is resolved.
+    #[arg(short = 'w', long = "write", value_name = "NODE")]
+    pub(crate) write: Option<String>,
+    /// Solve visibility at this size.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub(crate) size: Option<(u32, u32)>,
+    /// The frame. Default: the first that the graph names, or 1.
+    #[arg(short = 'F', long, value_name = "FRAME", allow_hyphen_values = true)]
+    pub(crate) frame: Option<Frames>,
+    /// Set a field of a node, or a parameter of the graph, first.
+    #[arg(long, value_name = "NODE.FIELD=VALUE", value_parser = setting)]
+    pub(crate) set: Vec<Setting>,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 /// Merges span files by depth into another, exactly, a few rows at a time: memory does not grow with the
 /// height.
 #[derive(Debug, ClapArgs)]
@@ -437,6 +463,11 @@ fn scale(text: &str) -> Result<(f64, f64), String> {
     };
     Framing::check_scale((x, y).into()).map_err(|e| e.to_string())?;
     Ok((x, y))
+}
+
+fn pixel(text: &str) -> Result<[u32; 2], String> {
+    columns(text)
+        .map_err(|_| "write column,row in pixels from the top left, such as 400,300".to_owned())
 }
 
 fn columns(text: &str) -> Result<[u32; 2], String> {

@@ -1,11 +1,8 @@
 //! `spandrel inspect`: one line of an image, drawn: its depths and its spans, as \[N] figs. 5 and 6 do for
 //! two images and their composite.
 
-use spandrel_engine::graph::demand::{Failure, Wishes};
-use spandrel_engine::graph::{Graph, Registry, Run, Schedule};
-use spandrel_engine::raster::{LinePlan, Phase, Raster};
+use spandrel_engine::graph::{Graph, Registry};
 use spandrel_engine::span::{FaceId, SpanImage, line};
-use spandrel_engine::values::{Delivery, Override, SpanDemand};
 use spandrel_engine::{Error, Result, output};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -13,6 +10,7 @@ use std::ops::Range;
 
 use crate::args::Inspect;
 use crate::print::escape;
+use crate::spans::{self, Chosen};
 use crate::{check, exit, print};
 
 pub(crate) fn run(registry: &Registry, args: &Inspect) -> u8 {
@@ -23,22 +21,11 @@ pub(crate) fn run(registry: &Registry, args: &Inspect) -> u8 {
         Ok(graph) => graph,
         Err(code) => return code,
     };
-    if let Some(name) = &args.write
-        && graph.nodes().all(|node| node.id != name)
-    {
-        return check::unknown("-w", name, graph.nodes().map(|node| node.id));
-    }
-    match inspect(&graph, args) {
-        Ok(()) => exit::DONE,
-        Err(error) => {
-            print::error(format!("{}: {error}", check::name(&args.graph)));
-            exit::of(&error)
-        }
-    }
+    spans::told(&graph, &args.graph, args.write.as_deref(), || inspect(&graph, args))
 }
 
 fn inspect(graph: &Graph, args: &Inspect) -> Result<()> {
-    let (node, (raster, plan)) = choose(graph, args)?;
+    let Chosen { node, raster, plan } = spans::choose(graph, args.write.as_deref(), args.size)?;
     if !(0.0..f64::from(raster.height)).contains(&args.line) {
         let height = raster.height;
         return Err(Error::invalid(format!("line {}: the image has 0 to {height}", args.line)));
@@ -48,14 +35,7 @@ fn inspect(graph: &Graph, args: &Inspect) -> Result<()> {
     let k = plan.first_at_or_below(args.line).min(plan.lines(&(row..row + 1)).end - 1);
     let mut ids: Vec<&str> = inputs(graph, node);
     ids.push(node);
-    let mut wishes = Wishes::new();
-    for id in &ids {
-        wishes
-            .want::<SpanImage>(id, SpanDemand { raster, plan, rows: row..row + 1, layered: false });
-    }
-    let fail = |failure: Failure| Error::invalid(failure.to_string());
-    let wanted = Schedule::new(graph, &wishes).map_err(fail)?;
-    let evaluated = Run::new().evaluate(graph, &wanted, &()).map_err(fail)?;
+    let evaluated = spans::of_row(graph, &ids, (raster, plan), row)?;
     let columns = match args.columns {
         Some([from, to]) if from < to && to <= raster.width => from..to,
         Some([from, to]) => {
@@ -77,34 +57,6 @@ fn inspect(graph: &Graph, args: &Inspect) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// The image to draw, and where its lines lie when the graph's pictures are made.
-fn choose<'g>(graph: &'g Graph, args: &Inspect) -> Result<(&'g str, (Raster, LinePlan))> {
-    let mut wishes = Wishes::new();
-    for node in graph.nodes().filter(|node| node.output == "File") {
-        wishes.want::<Delivery>(node.id, Override { size: args.size, ..Override::default() });
-    }
-    let plan = Schedule::new(graph, &wishes).map_err(|e| Error::invalid(e.to_string()))?;
-    let makes_spans = |id: &str| graph.nodes().any(|n| n.id == id && n.output == "SpanImage");
-    let asks = plan.asks(graph);
-    // Users stand before what they use: the first image is the one that is resolved.
-    let asked = asks.iter().find(|asked| match &args.write {
-        Some(name) => asked.node == name,
-        None => makes_spans(asked.node),
-    });
-    let Some(asked) = asked.filter(|asked| makes_spans(asked.node)) else {
-        let name = args.write.as_deref().unwrap_or("an image");
-        return Err(Error::invalid(format!("{name} is no span image that a picture needs")));
-    };
-    let number = |pointer: &str| asked.demand.pointer(pointer).and_then(|v| v.as_u64());
-    let raster = number("/raster/width").zip(number("/raster/height"));
-    let (width, height) = raster.unwrap_or((0, 0));
-    let is_centred = asked.demand.pointer("/plan/phase").is_some_and(|phase| phase == "Centre");
-    let phase = if is_centred { Phase::Centre } else { Phase::Border };
-    let per_row = number("/plan/per_row").unwrap_or(0);
-    let raster = Raster::new(width as u32, height as u32)?;
-    Ok((asked.node, (raster, LinePlan::new(per_row as u32, phase)?)))
 }
 
 /// The span images that a node is made of.

@@ -25,10 +25,12 @@ mod measure;
 mod merge;
 mod new;
 mod nodes;
+mod pick;
 mod picture;
 mod print;
 mod progress;
 mod render;
+mod spans;
 mod stats;
 mod submit;
 
@@ -78,6 +80,7 @@ pub fn run(registry: Registry) -> ExitCode {
         Command::Nodes(args) => nodes::run(&registry, &args),
         Command::Measure(args) => measure::run(&registry, &args),
         Command::Inspect(args) => inspect::run(&registry, &args),
+        Command::Pick(args) => pick::run(&registry, &args),
         Command::Info(args) => info::run(&registry, &args),
         Command::Diff(args) => diff::run(&args),
         Command::Merge(args) => merge::run(&args),

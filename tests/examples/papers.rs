@@ -16,11 +16,15 @@ fn main() {
         let then = figure.faces.map_or("not said".to_owned(), |count| count.to_string());
         let (width, height) = figure.size;
         println!(
-            "| {} | {then} | {} | {width}x{height} | `{}` | {:.0} s | {seconds:.2} s | {:.0} |",
+            "| {} | {then} | {} | {width}x{height} | `{}` | {} s | {seconds:.2} s | {:.0} |",
             figure.name,
             faces(&runs[0].0),
             figure.lines,
-            figure.seconds,
+            if figure.seconds < 1.0 {
+                format!("{:.2}", figure.seconds)
+            } else {
+                format!("{:.0}", figure.seconds)
+            },
             figure.seconds / seconds
         );
     }

@@ -1,6 +1,7 @@
 """What a film costs, and whether a cache can be trusted.
 
     python film.py SPANDREL sheet OUT.png       frames of graphs/cg_town.ron on one sheet (needs Pillow)
+    python film.py SPANDREL views OUT.png       [D] fig. 12 from sixteen sides, from one tree (needs Pillow)
     python film.py SPANDREL times               48 frames at once and one by one, without and with a cache
     python film.py SPANDREL memory OUT.svg      memory of a film of a thousand frames, frame by frame
     python film.py SPANDREL crowd [SECONDS]     16 processes on one cache, killed at random
@@ -34,18 +35,22 @@ def run(arguments, **more):
     return time.monotonic() - clock
 
 
-def sheet(spandrel, out):
+def sheet(spandrel, out, graph=TOWN, frames=(1, 8, 15, 22, 28, 34, 41, 48), shrink=2):
     from PIL import Image
 
     with tempfile.TemporaryDirectory() as folder:
-        frames = [1, 8, 15, 22, 28, 34, 41, 48]
-        run([spandrel, "render", TOWN, "-q", "-F", ",".join(map(str, frames)), "-o", f"{folder}/f.####.png"])
+        run([spandrel, "render", graph, "-q", "-F", ",".join(map(str, frames)), "-o", f"{folder}/f.####.png"])
         pictures = [Image.open(f"{folder}/f.{frame:04}.png").convert("RGB") for frame in frames]
         width, height = pictures[0].size
-        made = Image.new("RGB", (4 * width + 15, 2 * height + 5), "white")
+        made = Image.new("RGB", (4 * width + 15, len(frames) // 4 * (height + 5) - 5), "white")
         for i, picture in enumerate(pictures):
             made.paste(picture, ((i % 4) * (width + 5), (i // 4) * (height + 5)))
-        made.resize((made.width // 2, made.height // 2), Image.LANCZOS).save(out)
+        made.resize((made.width // shrink, made.height // shrink), Image.LANCZOS).save(out)
+
+
+def views(spandrel, out):
+    """[D] fig. 12 from sixteen sides, from one tree."""
+    sheet(spandrel, out, TOWN.parent / "papers/landscape.ron", range(1, 17), 4)
 
 
 def times(spandrel):
@@ -267,7 +272,7 @@ def farm(spandrel, openjd):
 
 
 if __name__ == "__main__":
-    commands = {f.__name__: f for f in [sheet, times, memory, crowd, blur, share, lines, farm]}
+    commands = {f.__name__: f for f in [sheet, views, times, memory, crowd, blur, share, lines, farm]}
     if len(sys.argv) < 3 or sys.argv[2] not in commands:
         sys.exit(__doc__)
     rest = sys.argv[3:]

@@ -37,5 +37,5 @@ pub use layers::LightLayers;
 pub use painted::{Painted, PaintedPart, PictureSet, PictureShare};
 pub use shader::{Around, Hiding, Shader};
 pub use stack::{Placement, Shading, Stage};
-pub use surfaces::{Origin, Pictured, Provenance, RayTarget, Surfaces, object_name};
+pub use surfaces::{FacePart, Origin, Pictured, Provenance, RayTarget, Surfaces, object_name};
 pub use world::{Member, World, beyond};

@@ -113,6 +113,11 @@ pub trait Provenance {
         None
     }
 
+    /// Which part of which of its object's faces one is, if it knows.
+    fn part(&self, _ordinal: u32) -> Option<FacePart> {
+        None
+    }
+
     /// What the scene says of its surroundings: what nodes take where they are told nothing.
     fn environment(&self) -> Option<&Environment> {
         None
@@ -127,6 +132,17 @@ pub trait Provenance {
     fn united(&self, _other: &dyn Surfaces) -> Option<Arc<dyn Surfaces>> {
         None
     }
+}
+
+/// A part of a face of an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FacePart {
+    /// The face's number in its object, from 0.
+    pub face: u32,
+    /// The seal's number on it, if it is a seal or belongs to one.
+    pub seal: Option<u32>,
+    /// Whether it is a drawn edge.
+    pub is_edge: bool,
 }
 
 impl dyn Surfaces {

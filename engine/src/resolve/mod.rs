@@ -19,6 +19,7 @@ mod hidden;
 mod intensity;
 mod lit;
 mod paint;
+pub mod pick;
 mod refine;
 pub mod rule;
 mod select;

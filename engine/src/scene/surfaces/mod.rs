@@ -19,7 +19,7 @@ use super::mesh::Mesh;
 use crate::color::Color;
 use crate::error::{Error, Result};
 use crate::fragment::{
-    Alike, Columns, Environment, Finish, Fragments, Local, Origin, PictureSet, Pictured,
+    Alike, Columns, Environment, FacePart, Finish, Fragments, Local, Origin, PictureSet, Pictured,
     Provenance, RayTarget, Surfaces, Uv,
 };
 use crate::key::Key;
@@ -403,6 +403,17 @@ impl Provenance for SceneSurfaces {
     fn names(&self) -> Option<[Vec<String>; 2]> {
         let objects = self.scene.instances.iter().map(|instance| instance.path.clone());
         Some([objects.collect(), self.scene.material_names.clone()])
+    }
+
+    fn part(&self, ordinal: u32) -> Option<FacePart> {
+        let (_, face, part) = self.scene.part(ordinal);
+        let (seal, is_edge) = match part {
+            Part::Face => (None, false),
+            Part::FaceEdges => (None, true),
+            Part::Seal(seal) => (Some(seal), false),
+            Part::SealEdges(seal) => (Some(seal), true),
+        };
+        Some(FacePart { face: face as u32, seal, is_edge })
     }
 
     fn environment(&self) -> Option<&Environment> {

@@ -1,0 +1,96 @@
+//! Picking: what is seen in a pixel.
+
+use serde_json::Value;
+use spandrel_tests::program::{Ran, Scratch, run};
+use std::path::Path;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_spandrel-under-test");
+
+/// A wall of 2 by 2 metres, 20 by 20 pixels in the middle of 80 by 40, moved right by a quarter of a pixel; a mark on it
+/// with an edge; and a pane of glass before its left half.
+const SCENE: &str = r##"Scene(
+    materials: {"wall": (color: 0.5), "mark": (color: "#a03020"), "glass": (alpha: 0.5, alpha_mode: Blend)},
+    plans: [(name: "yard", root: (children: [
+        (name: "house", children: [(name: "wall", material: "wall", transform: [Move(0.025, 0, 0)], shape: Faces(
+            materials: ["wall", "mark"],
+            points: [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)],
+            faces: [(outline: [0, 1, 2, 3], sides: (front: 0), seals: [
+                (outline: [4, 5, 6, 7], sides: (front: 1), edge: (width: 2, color: "#000")),
+            ])],
+        ))]),
+        (name: "pane", material: "glass", shape: Polygon(outline: [(-2, -2, 1), (0, -2, 1), (0, 2, 1), (-2, 2, 1)])),
+    ]))],
+)"##;
+
+const GRAPH: &str = r#"Graph(nodes: {
+    "eye": Camera(position: (EYE, 0, 9), look_at: (EYE, 0, 0), parallel_height: 4),
+    "seen": Scanline(scene: "yard.ron", camera: "eye"),
+    "picture": Resolve(image: "seen", size: (80, 40), lines: Sloped(4)),
+    "file": Write(image: "picture", path: "a.png"),
+})"#;
+
+fn picked(folder: &Path, arguments: &[&str]) -> Ran {
+    let all: Vec<&str> = ["pick", "graph.ron"].iter().chain(arguments).copied().collect();
+    run(PROGRAM, &all, folder)
+}
+
+fn faces(folder: &Path, pixel: &str) -> Vec<Value> {
+    let ran = picked(folder, &["--json", "--pixel", pixel]);
+    assert_eq!(ran.code, Some(0), "{ran:?}");
+    let told: Value = serde_json::from_str(&ran.out).unwrap();
+    told["faces"].as_array().unwrap().clone()
+}
+
+#[test]
+fn a_pixel_tells_what_is_seen_in_it() {
+    let scratch = Scratch::new("picked");
+    let folder = scratch.path();
+    std::fs::write(folder.join("yard.ron"), SCENE).unwrap();
+    std::fs::write(folder.join("graph.ron"), GRAPH.replace("EYE", "0")).unwrap();
+    // The wall beside the mark.
+    let found = faces(folder, "47,20");
+    assert_eq!(found.len(), 1, "{found:?}");
+    let wall = &found[0];
+    assert_eq!(wall["object"], "yard.ron/house/wall");
+    assert_eq!(
+        (&wall["material"], &wall["face"], &wall["front"]),
+        (&"wall".into(), &0.into(), &true.into())
+    );
+    assert!((wall["share"].as_f64().unwrap() - 1.0).abs() < 1e-6);
+    assert!((wall["distance"].as_f64().unwrap() - 9.0).abs() < 1e-9);
+    let x = wall["point"][0].as_f64().unwrap();
+    assert!((x - 0.75).abs() < 0.06, "{x}");
+    assert!(wall["file"].as_str().unwrap().ends_with("yard.ron") && wall["seal"].is_null());
+    // Its right border: a quarter of pixel 50.
+    let found = faces(folder, "50,20");
+    assert!((found[0]["share"].as_f64().unwrap() - 0.25).abs() < 1e-4, "{found:?}");
+    // The mark, its edge, and both behind the pane, which comes first.
+    let found = faces(folder, "42,20");
+    assert_eq!((&found[0]["seal"], &found[0]["edge"]), (&0.into(), &false.into()));
+    assert_eq!(found[0]["material"], "mark");
+    let found = faces(folder, "45,20");
+    assert!(found.iter().any(|face| face["edge"] == true && face["seal"] == 0), "{found:?}");
+    let found = faces(folder, "37,20");
+    let order: Vec<(&str, u64)> = found
+        .iter()
+        .map(|face| (face["material"].as_str().unwrap(), face["behind"].as_u64().unwrap()))
+        .collect();
+    assert_eq!(order, [("glass", 0), ("mark", 1)]);
+    assert!((found[0]["distance"].as_f64().unwrap() - 8.0).abs() < 1e-9);
+    assert!(faces(folder, "79,0").is_empty());
+    let ran = picked(folder, &["--pixel", "47,20"]);
+    assert_eq!(
+        ran.out,
+        "seen, pixel 47,20 of 80x40:\n  100.0 %  yard.ron/house/wall, face 0, material \"wall\", \
+         9.000 m away at (0.750, 0.050, 0.000)\n"
+            .replace("0.050", "-0.050")
+    );
+    let ran = picked(folder, &["--pixel", "79,0"]);
+    assert!(ran.out.contains("nothing is seen there"), "{ran:?}");
+    for (pixel, message) in [("80,0", "80 columns and 40 rows"), ("1", "such as 400,300")] {
+        let ran = picked(folder, &["--pixel", pixel]);
+        assert!(ran.code != Some(0) && ran.err.contains(message), "{ran:?}");
+    }
+    let ran = picked(folder, &["--pixel", "1,1", "-w", "sen"]);
+    assert!(ran.err.contains("seen"), "{ran:?}");
+}
