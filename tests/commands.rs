@@ -31,6 +31,9 @@ fn the_catalogue_says_what_fields_take_and_holds_their_schema() {
     let json = folder.run(&["nodes", "--json"]).out;
     let all: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(all["version"], env!("CARGO_PKG_VERSION"));
+    let words = all["any_value"].as_array().unwrap();
+    let words: Vec<&str> = words.iter().map(|word| word["name"].as_str().unwrap()).collect();
+    assert_eq!(words, ["Curve", "Expr", "Ref"]);
     let kinds = all["kinds"].as_array().unwrap();
     let resolve = kinds.iter().find(|kind| kind["kind"] == "Resolve").unwrap();
     let fields = &resolve["schema"]["properties"];

@@ -4,6 +4,7 @@ use serde_json::json;
 use spandrel_engine::graph::Registry;
 use spandrel_engine::graph::diagnostic::nearest;
 use spandrel_engine::graph::registry::Kind;
+use spandrel_engine::motion::{WORDS, Word};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -26,7 +27,9 @@ pub(crate) fn run(registry: &Registry, args: &Nodes) -> u8 {
     };
     if args.json {
         let kinds: Vec<_> = chosen.iter().map(|kind| as_json(kind)).collect();
-        let all = json!({"version": env!("CARGO_PKG_VERSION"), "kinds": kinds});
+        let word = |word: &Word| json!({"name": word.name, "form": word.form, "doc": word.doc});
+        let words: Vec<_> = WORDS.iter().map(word).collect();
+        let all = json!({"version": env!("CARGO_PKG_VERSION"), "any_value": words, "kinds": kinds});
         print::out(&format!("{all:#}\n"));
     } else if args.kind.is_some() {
         chosen.iter().for_each(|kind| print::out(&description(kind)));
@@ -51,7 +54,10 @@ fn list(kinds: &[&Kind]) -> String {
             let _ = writeln!(out, "  {:width$}  {first}", kind.name);
         }
     }
-    let _ = writeln!(out, "\n`spandrel nodes KIND` describes one.");
+    let _ = writeln!(out, "\n`spandrel nodes KIND` describes one. Any value of a field may be:");
+    for Word { form, doc, .. } in &WORDS {
+        let _ = writeln!(out, "  {form:27}  {doc}");
+    }
     out
 }
 

@@ -124,15 +124,42 @@ impl From<String> for MotionFault {
     }
 }
 
+/// A word that may stand for any value.
+#[derive(Clone, Copy, Debug)]
+pub struct Word {
+    /// The word.
+    pub name: &'static str,
+    /// How it is written.
+    pub form: &'static str,
+    /// What it stands for.
+    pub doc: &'static str,
+}
+
 /// The words that stand for such values.
-const WORDS: [&str; 3] = ["Curve", "Expr", "Ref"];
+pub const WORDS: [Word; 3] = [
+    Word {
+        name: "Curve",
+        form: "Curve([(FRAME, VALUE), ..])",
+        doc: "values at frames, and what lies between them",
+    },
+    Word {
+        name: "Expr",
+        form: "Expr(\"TEXT\")",
+        doc: "an expression of frame, time and parameters",
+    },
+    Word {
+        name: "Ref",
+        form: "Ref(\"NAME\")",
+        doc: "the value of a parameter, or of another node's field as NODE.FIELD",
+    },
+];
 
 impl Motion {
     /// Finds the values of a text that move. In fields that name files, by `names_files`, names may have a place for
     /// the frame's number. Faults have their places in the text.
     pub fn find(text: &str, names_files: impl Fn(&str) -> bool) -> (Motion, Vec<Diagnostic>) {
         let (mut motion, mut faults) = (Motion::default(), Vec::new());
-        let may_move = WORDS.iter().any(|word| text.contains(word));
+        let may_move = WORDS.iter().any(|word| text.contains(word.name));
         if !may_move && !text.contains("##") && !text.contains('%') {
             return (motion, faults);
         }
@@ -142,7 +169,10 @@ impl Motion {
             let place = item.value.clone();
             let written = &text[place.clone()];
             let name = written.split(|c: char| !c.is_alphanumeric()).next().unwrap_or("");
-            if place.start < end || item.bracket != Some(b'(') || !WORDS.contains(&name) {
+            if place.start < end
+                || item.bracket != Some(b'(')
+                || WORDS.iter().all(|word| word.name != name)
+            {
                 continue;
             }
             end = place.end;

@@ -15,7 +15,7 @@ pub enum Roots {
     /// Of a few, the one whose plane cuts fewest pieces and leaves the sides most even.
     #[default]
     Best,
-    /// Any, by a seed: the paper's "arbitrary polygon".
+    /// Any, by a seed: the paper's "arbitrary polygon". For a convex body of n faces it takes n^2.
     Any(u64),
 }
 

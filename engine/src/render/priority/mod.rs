@@ -61,7 +61,7 @@ struct Node {
 }
 
 impl BspTree {
-    /// Divides the faces of a scene. It takes time n log n for n faces that do not cross; where planes cut more pieces
+    /// Divides the faces of a scene. With the best roots it takes time n log n for n faces that do not cross; where planes cut more pieces
     /// than there are faces eight times over, what is left is not divided.
     ///
     /// # Errors
