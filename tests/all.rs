@@ -33,6 +33,7 @@ mod laws;
 mod layers;
 mod library;
 mod lights;
+mod looked;
 mod malformed;
 mod manual;
 mod mirrored;
@@ -43,7 +44,7 @@ mod papers;
 mod parts;
 mod penumbra;
 mod photometry;
-mod picked;
+
 mod picture_files;
 mod pictures;
 mod plates;

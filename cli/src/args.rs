@@ -64,6 +64,10 @@ pub(crate) struct Render {
     /// given several times.
     #[arg(long, value_name = "NODE.FIELD=VALUE", value_parser = setting)]
     pub(crate) set: Vec<Setting>,
+    /// Take the fast end of whatever trades speed for accuracy: one line to a row, no shadows, one ray, half the size.
+    /// It is told; --set, --size and --scale go before it.
+    #[arg(long)]
+    pub(crate) draft: bool,
     /// Solve visibility at this size in all pictures.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,

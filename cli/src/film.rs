@@ -17,7 +17,7 @@ use std::time::Instant;
 use crate::args::Render;
 use crate::progress::{Detail, Shown};
 use crate::stats::{Done, Written};
-use crate::{check, exit, print, stats};
+use crate::{check, draft, exit, print, stats};
 
 /// A graph, and the frames that are to be made of it.
 pub(crate) struct Film<'a> {
@@ -137,7 +137,7 @@ impl<'a> Film<'a> {
     fn schedule(&self, shots: &[Shot]) -> Result<Schedule, u8> {
         let changed = Override {
             size: self.args.size,
-            scale: self.args.scale,
+            scale: self.args.scale.or_else(|| draft::scale(self.args)),
             window: self.args.window.map(|[x, y, width, height]| Window { x, y, width, height }),
             bands: match self.args.band {
                 Some((number, of)) => Some(Bands { of, only: Some(number) }),

@@ -15,6 +15,7 @@ mod contents;
 mod convert;
 mod diff;
 mod difference;
+mod draft;
 mod exit;
 mod film;
 mod info;

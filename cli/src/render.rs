@@ -16,7 +16,7 @@ use std::time::Instant;
 use crate::args::{Format, Render, Setting};
 use crate::film::{self, Film};
 use crate::stats::{Done, Written};
-use crate::{check, exit, print, stats};
+use crate::{check, draft, exit, print, stats};
 
 pub(crate) fn run(registry: &Registry, args: &Render, denies_warnings: bool) -> u8 {
     if let Some(jobs) = args.jobs {
@@ -156,6 +156,9 @@ fn prepare(registry: &Registry, args: &Render) -> Result<Prepared, u8> {
             return Err(exit::USAGE);
         }
     }
+    if args.draft {
+        draft::apply(registry, &mut document, args);
+    }
     // What is set may decide what a writer of its own gets, and may be a field of that.
     let is_known = |setting: &&Setting| {
         let node = setting.node.as_ref();
@@ -177,16 +180,23 @@ fn prepare(registry: &Registry, args: &Render) -> Result<Prepared, u8> {
         ));
         return Err(exit::INVALID);
     }
-    let Some(window) = args.window.filter(|_| args.output.is_none()) else {
+    let marks: Vec<String> = [
+        args.draft.then(|| "draft".to_owned()),
+        args.window.map(|[x, y, width, height]| format!("{x},{y},{width},{height}")),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    if marks.is_empty() || args.output.is_some() {
         return Ok(Prepared { graph, outputs, frames });
-    };
-    // A part of a picture must not replace the whole.
+    }
+    // A draft or a part of a picture must not replace the whole.
     for info in graph.nodes().filter(|node| outputs.iter().any(|id| id == node.id)) {
         for (field, file) in info.writes {
             // As the text has it, with a place for the number of the frame.
             let raw = document.nodes.iter().find(|raw| raw.id == info.id);
             let file = raw.and_then(|raw| raw.parsed(field)).unwrap_or_else(|| file.to_owned());
-            let file = part_name(&file, window);
+            let file = part_name(&file, &marks.join("."));
             // The node was read with this field, so that it can be set.
             let _ = document.set(info.id, field, &format!("{file:?}"));
         }
@@ -242,9 +252,8 @@ fn with_ending(file: &Path, ending: &str) -> PathBuf {
     if file == Path::new("-") { file.with_extension(ending) } else { file.to_owned() }
 }
 
-/// The name of a part of a picture: `town.png` becomes `town.40,30,10,5.png`.
-fn part_name(file: &str, [x, y, width, height]: [u32; 4]) -> String {
-    let part = format!("{x},{y},{width},{height}");
+/// The name of a draft or a part of a picture: `town.png` becomes `town.draft.png`, or `town.40,30,10,5.png`.
+fn part_name(file: &str, part: &str) -> String {
     match file.rsplit_once('.') {
         Some((stem, ending)) => format!("{stem}.{part}.{ending}"),
         None => format!("{file}.{part}"),

@@ -113,7 +113,7 @@ impl Registry {
 impl Kind {
     /// The JSON schema of its fields, with their documentation. `x-link` marks links with the type that they lead to,
     /// `x-reader` says which kind of node reads such a type from a file, and `x-named` that the link's name is shown;
-    /// `x-file` marks files that are read or written; `x-parts` names the values in parentheses, and `x-what` what a
+    /// `x-file` marks files that are read or written; `x-draft` is the fastest value of a field that trades speed for accuracy, as text; `x-parts` names the values in parentheses, and `x-what` what a
     /// text holds.
     pub fn schema(&self) -> &Json {
         &self.schema

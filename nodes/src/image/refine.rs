@@ -36,6 +36,7 @@ pub struct Refine {
     #[schemars(extend("x-parts" = ["width", "height"]))]
     pub size: (u32, u32),
     /// How lines become pixels, as in `Resolve`.
+    #[schemars(extend("x-draft" = "Sampled(1, Box)"))]
     pub lines: Rule,
     /// Scale in x and y, as in `Resolve`.
     #[schemars(extend("x-parts" = ["x", "y"]))]
@@ -53,6 +54,7 @@ pub struct Refine {
     /// How often faces are shaded, as in `Resolve`.
     pub shading: Rate,
     /// How pictures on surfaces are filtered, as in `Resolve`.
+    #[schemars(extend("x-draft" = "Nearest"))]
     pub textures: texture::TextureFilter,
 }
 

@@ -34,6 +34,7 @@ pub struct Resolve {
     /// `Sloped(n)`, with pixels solved again whose coverage may be off by more than the tolerance,
     /// 0 to 1. `Exact` goes on until no error is left, slowly. The channel `aa_error` shows the
     /// estimate that decides.
+    #[schemars(extend("x-draft" = "Sampled(1, Box)"))]
     pub lines: Rule,
     /// Scale in x and y. The picture is this many times `size`; visibility is not solved again.
     #[schemars(extend("x-parts" = ["x", "y"]))]
@@ -56,6 +57,7 @@ pub struct Resolve {
     pub shading: Rate,
     /// How pictures on surfaces are filtered: `Nearest`; `Trilinear`; `Anisotropic(n)`, up to n
     /// samples along what a pixel covers; or `Exact`, the mean of what it covers, slowly.
+    #[schemars(extend("x-draft" = "Nearest"))]
     pub textures: texture::TextureFilter,
     /// Motion blur: from when to when the shutter is open, in frames around the frame, such as
     /// `(-0.25, 0.25)`. Colours are the mean of what is seen meanwhile; distances, normals and ids
@@ -63,7 +65,7 @@ pub struct Resolve {
     #[schemars(extend("x-parts" = ["opens", "closes"]))]
     pub shutter: Option<(f64, f64)>,
     /// The moments at which a picture with a shutter is solved: more is smoother and slower.
-    #[schemars(range(min = 1, max = 256))]
+    #[schemars(range(min = 1, max = 256), extend("x-draft" = "1"))]
     pub samples: u32,
 }
 

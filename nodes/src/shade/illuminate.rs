@@ -50,10 +50,11 @@ pub struct Illuminate {
     /// too much is in front of them. `Rays(n)`: n rays to each light, 1 to 16384, spread over the
     /// pixel and the light. If absent, `Volumes`, or none if a scene's `environment` turns shadows
     /// off.
+    #[schemars(extend("x-draft" = "Off"))]
     pub shadows: Option<Shadows>,
     /// With `Volumes`, the number of rays to each light that is not in one place. With `Analytic`,
     /// to those that cannot be cut. With every setting, how finely such lights are seen in gloss.
-    #[schemars(range(min = 1, max = 16384))]
+    #[schemars(range(min = 1, max = 16384), extend("x-draft" = "1"))]
     pub samples: u32,
     /// How faces that may cast shadow volumes are found; affects speed only. `candidates`:
     /// `Shafts`, by a tree for every patch of a face; `Clusters`, \[N]'s; `SixSpaces`, \[D]'s,

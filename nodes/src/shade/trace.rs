@@ -27,11 +27,11 @@ pub struct Trace {
     /// Images that rays also see, as they are: such as a sky that is merged later, behind the fog.
     pub beside: Vec<Link<SpanImage>>,
     /// Rays from each face in a pixel, spread over the visible part of the face.
-    #[schemars(range(min = 1, max = 1024))]
+    #[schemars(range(min = 1, max = 1024), extend("x-draft" = "1"))]
     pub rays: u32,
     /// How many times in a row a ray is reflected or refracted: 1 shows mirrors, but not mirrors in
     /// them. A pane of glass with two sides takes 2.
-    #[schemars(range(min = 0, max = 64))]
+    #[schemars(range(min = 0, max = 64), extend("x-draft" = "1"))]
     pub depth: u32,
     /// Rays that count for less than this share of the picture are not followed. The surface they
     /// would leave shows its own colour.

@@ -1,4 +1,4 @@
-//! Picking: what is seen in a pixel.
+//! Fast looks: drafts of pictures, and what is seen in a pixel.
 
 use serde_json::Value;
 use spandrel_tests::program::{Ran, Scratch, run};
@@ -39,6 +39,48 @@ fn faces(folder: &Path, pixel: &str) -> Vec<Value> {
     assert_eq!(ran.code, Some(0), "{ran:?}");
     let told: Value = serde_json::from_str(&ran.out).unwrap();
     told["faces"].as_array().unwrap().clone()
+}
+
+/// A draft takes the fast end of every dial that the user does not set, tells it, and leaves the finished picture alone.
+#[test]
+fn a_draft_takes_the_fast_end_of_every_dial() {
+    let scratch = Scratch::new("draft");
+    let folder = scratch.path();
+    std::fs::write(folder.join("yard.ron"), SCENE).unwrap();
+    let graph = GRAPH.replace("EYE", "0").replace(
+        "\"picture\": Resolve(image: \"seen\"",
+        "\"sun\": ParallelLight(), \"lit\": Illuminate(image: \"seen\", lights: [\"sun\"], samples: 1, white: 1),
+         \"picture\": Resolve(image: \"lit\"",
+    );
+    std::fs::write(folder.join("graph.ron"), graph).unwrap();
+    let render = |arguments: &[&str]| {
+        let all: Vec<&str> = ["render", "graph.ron"].iter().chain(arguments).copied().collect();
+        let ran = run(PROGRAM, &all, folder);
+        assert_eq!(ran.code, Some(0), "{ran:?}");
+        ran.out + &ran.err
+    };
+    render(&[]);
+    let whole = std::fs::read(folder.join("a.png")).unwrap();
+    let told = render(&["--draft"]);
+    let draft = "draft: lit.shadows=Off, picture.lines=Sampled(1, Box), picture.textures=Nearest, picture.samples=1, \
+                 --scale 0.5";
+    assert!(told.contains(draft), "{told}");
+    assert_eq!(std::fs::read(folder.join("a.png")).unwrap(), whole);
+    let size = |name: &str| image::image_dimensions(folder.join(name)).unwrap();
+    assert_eq!((size("a.png"), size("a.draft.png")), ((80, 40), (40, 20)));
+    // What a draft takes is what its user could have set.
+    let set = ["lit.shadows=Off", "picture.lines=Sampled(1, Box)", "picture.textures=Nearest"];
+    let set: Vec<&str> = set.iter().flat_map(|set| ["--set", set]).collect();
+    render(&[&set[..], &["--scale", "0.5", "-o", "b.png"]].concat());
+    let read = |name: &str| std::fs::read(folder.join(name)).unwrap();
+    assert_eq!(read("a.draft.png"), read("b.png"));
+    let told = render(&["--draft", "--set", "picture.lines=Sloped(2)", "--size", "40x20"]);
+    assert!(
+        told.contains("draft: lit.shadows=Off, picture.textures=Nearest, picture.samples=1\n"),
+        "{told}"
+    );
+    assert!(!told.contains("--scale"), "{told}");
+    assert_eq!(size("a.draft.png"), (40, 20));
 }
 
 #[test]
