@@ -57,6 +57,7 @@ mod refined;
 mod regions;
 mod relit;
 mod runs;
+mod scene_parameters;
 mod scene_text;
 mod shadows;
 mod span_file;

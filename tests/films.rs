@@ -14,7 +14,7 @@ use std::sync::Arc;
 const PROGRAM: &str = env!("CARGO_BIN_EXE_spandrel-under-test");
 
 /// A board of 2 by 2 metres before a parallel camera that sees 8 by 4 metres, 10 pixels to the metre.
-const BOARD: &str = r##"Scene(
+pub(crate) const BOARD: &str = r##"Scene(
     materials: {"white": (color: "#fff", unlit: true)},
     plans: [(name: "p", root: (material: "white", shape: Polygon(outline: [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)])))],
 )"##;
@@ -30,11 +30,11 @@ const NODES: &str = r#"
     "file": Write(image: "both", path: "out/a.####.png"),
 "#;
 
-fn nodes(eye: &str, more: &str) -> String {
+pub(crate) fn nodes(eye: &str, more: &str) -> String {
     NODES.replace("EYE", eye).replace("MORE", more)
 }
 
-fn folder(name: &str) -> Scratch {
+pub(crate) fn folder(name: &str) -> Scratch {
     let scratch = Scratch::new(name);
     std::fs::write(scratch.path().join("board.ron"), BOARD).unwrap();
     scratch
@@ -260,6 +260,15 @@ fn parameters_have_types_and_ranges_and_are_set() {
     }
 }
 
+/// The board of a film is by half a metre for each frame further to the right: as if the eye were to the left.
+pub(crate) fn moves_right(film: &Graph, folder: &Path, frame: u32) {
+    let eye = -f64::from(frame - 1) / 2.0;
+    let still = format!("Graph(nodes: {{{}}})", nodes(&eye.to_string(), ""));
+    let still = graph(folder, &still, "1");
+    let (a, b) = (picture(film, "both", f64::from(frame)), picture(&still, "both", 1.0));
+    assert_eq!(a.channel("R").unwrap(), b.channel("R").unwrap(), "frame {frame}");
+}
+
 #[test]
 fn scenes_move_and_so_do_those_that_they_name() {
     let scratch = folder("films-scenes");
@@ -274,15 +283,7 @@ fn scenes_move_and_so_do_those_that_they_name() {
     for scene in ["moving.ron", "around.ron"] {
         let film = format!("Graph(nodes: {{{}}})", nodes("0", "").replacen("board.ron", scene, 1));
         let film = graph(scratch.path(), &film, "1-5");
-        for frame in [1, 3, 5] {
-            // The board moves right as if the eye moved left.
-            let eye = -f64::from(frame - 1) / 2.0;
-            let still = format!("Graph(nodes: {{{}}})", nodes(&eye.to_string(), ""));
-            let still = graph(scratch.path(), &still, "1");
-            let (a, b) = (picture(&film, "both", f64::from(frame)), picture(&still, "both", 1.0));
-            let (a, b) = (a.channel("R").unwrap(), b.channel("R").unwrap());
-            assert_eq!(a, b, "{scene} at frame {frame}");
-        }
+        [1, 3, 5].iter().for_each(|frame| moves_right(&film, scratch.path(), *frame));
         let done = evaluate(&Run::new(), &film, "both", &[1.0, 2.0]);
         let counts = computed(&done);
         assert_eq!([counts["board"], counts["wall"], counts[scene]], [2, 1, 2]);
@@ -297,69 +298,6 @@ fn scenes_move_and_so_do_those_that_they_name() {
     let schedule = Schedule::new(&film, &wishes).unwrap();
     let Err(failure) = Run::new().evaluate(&film, &schedule, &()) else { panic!("x is no number") };
     assert!(failure.to_string().contains("moving.ron"), "{failure}");
-}
-
-/// What a graph's user sets reaches into scenes, and those that they name.
-#[test]
-fn scenes_take_values_of_the_graph() {
-    let scratch = folder("films-parameters");
-    let moving = BOARD.replace(
-        "Scene(\n    materials: {\"white\": (color: \"#fff\", unlit: true)}",
-        "Scene(
-            parameters: {\"place\": 7, \"twice\": Expr(\"place * 2\"), \"paint\": (color: \"#fff\", unlit: true)},
-            materials: {\"white\": Ref(\"paint\")}",
-    );
-    let moving = moving.replace(
-        "root: (material",
-        "root: (transform: [Move(Expr(\"twice / 2\"), 0, 0)], material",
-    );
-    std::fs::write(scratch.path().join("moving.ron"), &moving).unwrap();
-    let around = "Scene(parameters: {\"place\": 3}, plans: [(name: \"p\", root: (children: [(name: \"it\", \
-                  shape: File(path: \"moving.ron\", parameters: {\"place\": Ref(\"place\")}))]))])";
-    std::fs::write(scratch.path().join("around.ron"), around).unwrap();
-    let film = |scene: &str, given: &str| {
-        let board = nodes("0", "").replacen("board.ron", "scene", 1);
-        format!(
-            "Graph(parameters: {{\"x\": Number(default: Curve([(1, 0), (5, 2)], Linear))}}, nodes: {{
-                \"scene\": ReadScene(file: \"{scene}\", parameters: {{{given}}}), {board}
-            }})"
-        )
-    };
-    for scene in ["moving.ron", "around.ron"] {
-        let film = graph(scratch.path(), &film(scene, "\"place\": Ref(\"x\")"), "1-5");
-        for frame in [1, 4] {
-            let eye = -f64::from(frame - 1) / 2.0;
-            let still = format!("Graph(nodes: {{{}}})", nodes(&eye.to_string(), ""));
-            let still = graph(scratch.path(), &still, "1");
-            let (a, b) = (picture(&film, "both", f64::from(frame)), picture(&still, "both", 1.0));
-            let (a, b) = (a.channel("R").unwrap(), b.channel("R").unwrap());
-            assert_eq!(a, b, "{scene} at frame {frame}");
-        }
-        // The scene is read again where its parameter is another, and only there.
-        let counts = evaluate(&Run::new(), &film, "both", &[1.0, 2.0]);
-        assert_eq!(computed(&counts)["scene"], 2);
-    }
-    let still = graph(scratch.path(), &film("moving.ron", "\"place\": 1"), "1-5");
-    assert_eq!(computed(&evaluate(&Run::new(), &still, "both", &[1.0, 2.0]))["scene"], 1);
-    let told = |scene: &str, given: &str| {
-        let film = graph(scratch.path(), &film(scene, given), "1");
-        let mut wishes = Wishes::new();
-        wishes.want::<spandrel_engine::scene::Scene>("scene", ());
-        let schedule = Schedule::new(&film, &wishes).unwrap();
-        let Err(failure) = Run::new().evaluate(&film, &schedule, &()) else { panic!("{given}") };
-        failure.to_string()
-    };
-    let unknown = told("moving.ron", "\"plaice\": 1");
-    assert!(unknown.contains("did you mean \"place\"?") && unknown.contains("moving.ron"));
-    assert!(told("board.ron", "\"place\": 1").contains("no parameter \"place\": it has none"));
-    let circle = moving.replace("\"place\": 7", "\"place\": Expr(\"twice\")");
-    std::fs::write(scratch.path().join("circle.ron"), circle).unwrap();
-    let circle = told("circle.ron", "");
-    assert!(circle.contains("\"twice\" uses \"place\" uses \"twice\""), "{circle}");
-    let wrong = told("moving.ron", "\"place\": \"there\"");
-    assert!(wrong.contains("\"place\" is \"there\", no number or vector"), "{wrong}");
-    std::fs::write(scratch.path().join("a.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    assert!(told("a.obj", "\"place\": 1").contains("only scenes in RON have parameters"));
 }
 
 /// The coverage of a pixel by a board whose right edge moves: the mean over the time, in closed form.

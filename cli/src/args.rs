@@ -223,20 +223,14 @@ pub(crate) struct Measure {
     pub(crate) quiet: bool,
 }
 
-/// Draws one line of an image as svg: depths and spans, of the image and of what it is merged from.
+/// An image of spans that a command looks at.
 #[derive(Debug, ClapArgs)]
-pub(crate) struct Inspect {
+pub(crate) struct Look {
     /// The graph.
     pub(crate) graph: PathBuf,
-    /// Where the line lies, in pixels from the top; the first line at or below it is drawn.
-    #[arg(long, value_name = "Y")]
-    pub(crate) line: f64,
     /// The image: a node that makes a SpanImage. Default: the one that is resolved.
     #[arg(short = 'w', long = "write", value_name = "NODE")]
     pub(crate) write: Option<String>,
-    /// Draw these columns only.
-    #[arg(long, value_name = "FROM,TO", value_parser = columns)]
-    pub(crate) columns: Option<[u32; 2]>,
     /// Solve visibility at this size.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub(crate) size: Option<(u32, u32)>,
@@ -246,6 +240,19 @@ pub(crate) struct Inspect {
     /// Set a field of a node, or a parameter of the graph, first.
     #[arg(long, value_name = "NODE.FIELD=VALUE", value_parser = setting)]
     pub(crate) set: Vec<Setting>,
+}
+
+/// Draws one line of an image as svg: depths and spans, of the image and of what it is merged from.
+#[derive(Debug, ClapArgs)]
+pub(crate) struct Inspect {
+    #[command(flatten)]
+    pub(crate) look: Look,
+    /// Where the line lies, in pixels from the top; the first line at or below it is drawn.
+    #[arg(long, value_name = "Y")]
+    pub(crate) line: f64,
+    /// Draw these columns only.
+    #[arg(long, value_name = "FROM,TO", value_parser = columns)]
+    pub(crate) columns: Option<[u32; 2]>,
     /// Write to this file. Default: the standard output.
     #[arg(short, long, value_name = "FILE", allow_hyphen_values = true, value_parser = place())]
     pub(crate) output: Option<PathBuf>,
@@ -254,23 +261,11 @@ pub(crate) struct Inspect {
 /// Tells what is seen in a pixel: objects, faces, seals, materials, distances, and their shares.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Pick {
-    /// The graph.
-    pub(crate) graph: PathBuf,
+    #[command(flatten)]
+    pub(crate) look: Look,
     /// The column from the left and the row from the top, from 0, in pixels of the size that visibility is solved for.
     #[arg(long, value_name = "X,Y", value_parser = pixel)]
     pub(crate) pixel: [u32; 2],
-    /// The image: a node that makes a SpanImage. Default: the one that is resolved.
-    #[arg(short = 'w', long = "write", value_name = "NODE")]
-    pub(crate) write: Option<String>,
-    /// Solve visibility at this size.
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    pub(crate) size: Option<(u32, u32)>,
-    /// The frame. Default: the first that the graph names, or 1.
-    #[arg(short = 'F', long, value_name = "FRAME", allow_hyphen_values = true)]
-    pub(crate) frame: Option<Frames>,
-    /// Set a field of a node, or a parameter of the graph, first.
-    #[arg(long, value_name = "NODE.FIELD=VALUE", value_parser = setting)]
-    pub(crate) set: Vec<Setting>,
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,

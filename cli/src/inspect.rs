@@ -11,21 +11,17 @@ use std::ops::Range;
 use crate::args::Inspect;
 use crate::print::escape;
 use crate::spans::{self, Chosen};
-use crate::{check, exit, print};
+use crate::{exit, print};
 
 pub(crate) fn run(registry: &Registry, args: &Inspect) -> u8 {
     if let Some(Err(code)) = args.output.as_ref().map(|file| exit::check_output(file, &["svg"])) {
         return code;
     }
-    let graph = match check::read(registry, &args.graph, &args.set, args.frame.as_ref()) {
-        Ok(graph) => graph,
-        Err(code) => return code,
-    };
-    spans::told(&graph, &args.graph, args.write.as_deref(), || inspect(&graph, args))
+    spans::look(registry, &args.look, |graph| inspect(graph, args))
 }
 
 fn inspect(graph: &Graph, args: &Inspect) -> Result<()> {
-    let Chosen { node, raster, plan } = spans::choose(graph, args.write.as_deref(), args.size)?;
+    let Chosen { node, raster, plan } = spans::choose(graph, &args.look)?;
     if !(0.0..f64::from(raster.height)).contains(&args.line) {
         let height = raster.height;
         return Err(Error::invalid(format!("line {}: the image has 0 to {height}", args.line)));

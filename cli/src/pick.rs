@@ -9,15 +9,11 @@ use spandrel_engine::{Error, Result};
 use std::fmt::Write as _;
 
 use crate::args::Pick;
+use crate::print;
 use crate::spans::{self, Chosen};
-use crate::{check, print};
 
 pub(crate) fn run(registry: &Registry, args: &Pick) -> u8 {
-    let graph = match check::read(registry, &args.graph, &args.set, args.frame.as_ref()) {
-        Ok(graph) => graph,
-        Err(code) => return code,
-    };
-    spans::told(&graph, &args.graph, args.write.as_deref(), || tell(&graph, args))
+    spans::look(registry, &args.look, |graph| tell(graph, args))
 }
 
 /// What is known of a face.
@@ -60,7 +56,7 @@ impl Known {
 }
 
 fn tell(graph: &Graph, args: &Pick) -> Result<()> {
-    let Chosen { node, raster, plan } = spans::choose(graph, args.write.as_deref(), args.size)?;
+    let Chosen { node, raster, plan } = spans::choose(graph, &args.look)?;
     let [column, row] = args.pixel;
     if column >= raster.width || row >= raster.height {
         let (width, height) = (raster.width, raster.height);

@@ -2,13 +2,13 @@
 
 use spandrel_engine::graph::demand::{Failure, Wishes};
 use spandrel_engine::graph::report::Evaluated;
-use spandrel_engine::graph::{Graph, Run, Schedule};
+use spandrel_engine::graph::{Graph, Registry, Run, Schedule};
 use spandrel_engine::raster::{LinePlan, Phase, Raster};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Delivery, Override, SpanDemand};
 use spandrel_engine::{Error, Result};
-use std::path::Path;
 
+use crate::args::Look;
 use crate::{check, exit, print};
 
 /// An image of a graph, and where its lines lie.
@@ -18,22 +18,25 @@ pub(crate) struct Chosen<'g> {
     pub(crate) plan: LinePlan,
 }
 
-/// Runs a command on a graph's image, and tells what goes wrong.
-pub(crate) fn told(
-    graph: &Graph,
-    path: &Path,
-    name: Option<&str>,
-    work: impl FnOnce() -> Result<()>,
+/// Reads the graph that a command looks at, lets it work, and tells what goes wrong.
+pub(crate) fn look(
+    registry: &Registry,
+    look: &Look,
+    work: impl FnOnce(&Graph) -> Result<()>,
 ) -> u8 {
-    if let Some(name) = name
+    let graph = match check::read(registry, &look.graph, &look.set, look.frame.as_ref()) {
+        Ok(graph) => graph,
+        Err(code) => return code,
+    };
+    if let Some(name) = &look.write
         && graph.nodes().all(|node| node.id != name)
     {
         return check::unknown("-w", name, graph.nodes().map(|node| node.id));
     }
-    match work() {
+    match work(&graph) {
         Ok(()) => exit::DONE,
         Err(error) => {
-            print::error(format!("{}: {error}", check::name(path)));
+            print::error(format!("{}: {error}", check::name(&look.graph)));
             exit::of(&error)
         }
     }
@@ -41,11 +44,8 @@ pub(crate) fn told(
 
 /// The image of spans that is meant, and where its lines lie when the graph's pictures are made. Without a name, the one
 /// that is resolved first.
-pub(crate) fn choose<'g>(
-    graph: &'g Graph,
-    name: Option<&str>,
-    size: Option<(u32, u32)>,
-) -> Result<Chosen<'g>> {
+pub(crate) fn choose<'g>(graph: &'g Graph, look: &Look) -> Result<Chosen<'g>> {
+    let (name, size) = (look.write.as_deref(), look.size);
     let mut wishes = Wishes::new();
     for node in graph.nodes().filter(|node| node.output == "File") {
         wishes.want::<Delivery>(node.id, Override { size, ..Override::default() });
