@@ -133,6 +133,16 @@ fn a_pixel_tells_what_is_seen_in_it() {
         let ran = picked(folder, &["--pixel", pixel]);
         assert!(ran.code != Some(0) && ran.err.contains(message), "{ran:?}");
     }
+    // What stands behind everything has no distance.
+    let sky = "\"sky\": Background(camera: \"eye\", color: \"#446688\"), \"all\": DepthMerge(inputs: [\"seen\", \"sky\"]),
+         \"picture\": Resolve(image: \"all\"";
+    let graph = GRAPH.replace("EYE", "0").replace("\"picture\": Resolve(image: \"seen\"", sky);
+    std::fs::write(folder.join("graph.ron"), graph).unwrap();
+    let found = faces(folder, "79,0");
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0]["distance"].is_null() && found[0]["point"].is_null(), "{found:?}");
+    let ran = picked(folder, &["--pixel", "79,0"]);
+    assert!(ran.out.ends_with("background, behind everything\n"), "{ran:?}");
     let ran = picked(folder, &["--pixel", "1,1", "-w", "sen"]);
     assert!(ran.err.contains("seen"), "{ran:?}");
 }

@@ -25,6 +25,8 @@ struct Known {
     plan: Option<String>,
     part: Option<FacePart>,
     sees_front: bool,
+    /// Whether it stands behind everything, so that its distance says nothing.
+    is_beyond: bool,
 }
 
 impl Known {
@@ -42,6 +44,7 @@ impl Known {
             plan,
             part: provenance.and_then(|provenance| provenance.part(face.ordinal)),
             sees_front: face.sees_front,
+            is_beyond: surfaces.beyond().is_some_and(|(beyond, _)| beyond == face.ordinal),
         }
     }
 
@@ -84,8 +87,8 @@ fn tell(graph: &Graph, args: &Pick) -> Result<()> {
                     "front": known.sees_front,
                     "file": known.file,
                     "plan": known.plan,
-                    "distance": picked.distance,
-                    "point": picked.point.to_array(),
+                    "distance": (!known.is_beyond).then_some(picked.distance),
+                    "point": (!known.is_beyond).then(|| picked.point.to_array()),
                 })
             })
             .collect();
@@ -106,17 +109,14 @@ fn tell(graph: &Graph, args: &Pick) -> Result<()> {
             "" => String::new(),
             name => format!(", material \"{name}\""),
         };
-        let _ = writeln!(
-            text,
-            "  {:5.1} %  {}{}{material}, {:.3} m away at ({:.3}, {:.3}, {:.3}){behind}",
-            picked.share * 100.0,
-            known.object,
-            known.part(),
-            picked.distance,
-            picked.point.x,
-            picked.point.y,
-            picked.point.z,
-        );
+        let place = match (known.is_beyond, picked.point.to_array()) {
+            (true, _) => ", behind everything".to_owned(),
+            (false, [x, y, z]) => {
+                format!(", {:.3} m away at ({x:.3}, {y:.3}, {z:.3})", picked.distance)
+            }
+        };
+        let (share, object, part) = (picked.share * 100.0, &known.object, known.part());
+        let _ = writeln!(text, "  {share:5.1} %  {object}{part}{material}{place}{behind}");
     }
     print::out(&text);
     Ok(())
