@@ -81,6 +81,15 @@ fn a_draft_takes_the_fast_end_of_every_dial() {
     );
     assert!(!told.contains("--scale"), "{told}");
     assert_eq!(size("a.draft.png"), (40, 20));
+    // What the user sets through a parameter is the user's too.
+    let graph = std::fs::read_to_string(folder.join("graph.ron")).unwrap();
+    let graph =
+        graph.replace("Graph(", "Graph(parameters: {\"quality\": Value(default: Sloped(4))}, ");
+    let graph = graph.replace("lines: Sloped(4)", "lines: Ref(\"quality\")");
+    std::fs::write(folder.join("graph.ron"), graph).unwrap();
+    assert!(render(&["--draft"]).contains("picture.lines=Sampled(1, Box)"));
+    let told = render(&["--draft", "--set", "quality=Sloped(2)"]);
+    assert!(!told.contains("picture.lines") && told.contains("lit.shadows=Off"), "{told}");
 }
 
 #[test]

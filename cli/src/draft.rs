@@ -2,6 +2,7 @@
 
 use spandrel_engine::graph::Registry;
 use spandrel_engine::graph::document::Document;
+use spandrel_engine::motion::Motion;
 
 use crate::args::{Render, Setting};
 use crate::print;
@@ -14,10 +15,11 @@ pub(crate) fn apply(registry: &Registry, document: &mut Document, args: &Render)
         let fields = registry.kind(&raw.kind).map(|kind| &kind.fields[..]).unwrap_or_default();
         for field in fields {
             let Some(fast) = &field.draft else { continue };
-            let is_set = |setting: &Setting| {
-                setting.node.as_ref() == Some(&raw.id) && setting.field == field.name
-            };
             let now = raw.value(&field.name).or(field.default.as_deref()).unwrap_or("");
+            let is_set = |setting: &Setting| match &setting.node {
+                Some(node) => *node == raw.id && setting.field == field.name,
+                None => names(now, &setting.field),
+            };
             if args.set.iter().any(is_set) || is_as_fast(now, fast) {
                 continue;
             }
@@ -33,6 +35,13 @@ pub(crate) fn apply(registry: &Registry, document: &mut Document, args: &Render)
     } else {
         print::chat(&format!("draft: {}", taken.join(", ")));
     }
+}
+
+/// Whether a value is, or is made of, a parameter of the graph.
+fn names(value: &str, parameter: &str) -> bool {
+    let text = format!("Field(value: {value})");
+    let (motion, _) = Motion::find(&text, |_| false);
+    motion.names(&(0..text.len())).contains(&parameter)
 }
 
 /// Whether a value is as fast as the fastest is: the same, or a number that is no greater.
