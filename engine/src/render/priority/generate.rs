@@ -21,8 +21,8 @@ pub enum Roots {
 
 /// Faces that are looked at for a root.
 const CANDIDATES: usize = 8;
-/// As many pieces are divided by a plane across the longest way through them, and not by that of a face: a body that is
-/// convex has all of its faces behind each of them, and a tree of such planes would be a chain.
+/// More pieces than these are divided by a plane across an axis near their middle, and not by that of a face: a body that
+/// is convex has all of its faces behind each of them, and a tree of such planes would be a chain.
 const CROWD: usize = 48;
 /// Pieces that may come to be for each face.
 const MOST_PIECES: usize = 8;
