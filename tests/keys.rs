@@ -13,6 +13,7 @@ use spandrel_engine::resolve::Rule;
 use spandrel_engine::scene::Scene;
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::values::{Delivery, Lamps, Override, PictureDemand, SpanDemand};
+use spandrel_engine::volume::Volume;
 use spandrel_tests::program::{Scratch, run};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -49,6 +50,9 @@ const ALL: &str = r##"Graph(nodes: {
     "others": Scanline(scene: "own", camera: "eye"),
     "tree": BspTree(scene: "own"),
     "drawn": ListPriority(tree: "tree", camera: "eye"),
+    "cast": RayTracing(scene: "own", camera: "eye"),
+    "grid": ReadVolume(file: "grid.nrrd"),
+    "surface": Isosurface(volume: "grid", levels: [(value: 2)]),
     "photo": Read(file: "photo.png"),
     "cut": Matte(image: "photo"),
     "trees": Billboards(camera: "eye", pictures: ["cut"], trees: [(0, (0, 0, 0), 1)]),
@@ -72,6 +76,8 @@ const ALL: &str = r##"Graph(nodes: {
     "small": Reformat(image: "picture", size: (12, 8)),
     "few": Quantize(image: "picture"),
     "regions": Segment(image: "picture"),
+    "wires": Wireframe(scene: "box"),
+    "shown": Lookup(image: "solid", size: (24, 16)),
     "both": Over(front: "cut", back: "photo"),
     "file": Write(image: "picture", path: "out.png"),
     "spans": WriteSpans(image: "solid", path: "out.span", size: (24, 16), lines: Sloped(2)),
@@ -131,6 +137,13 @@ fn files() -> Vec<(&'static str, [Vec<u8>; 2])> {
         ("tri.obj", texts("v 0 0 1\nv 2 0 1\nv 2 0.25 1\nf 1 2 3\n")),
         ("lamp.ies", [lamp("10"), lamp("20")]),
         ("photo.png", pictures()),
+        (
+            "grid.nrrd",
+            texts(
+                "NRRD0004\ntype: float\ndimension: 4\nsizes: 2 3 2 2\nencoding: text\n\n\
+                 0 0 1 0 3 1 0 2 5 3 0.25 4 0 0 1 3 3 0 0 4 5 3 0.25 4",
+            ),
+        ),
     ]
 }
 
@@ -172,6 +185,7 @@ fn keys(
             "Scene" => wishes.want::<Scene>(id, ()),
             "Camera" => wishes.want::<spandrel_engine::camera::Camera>(id, ()),
             "BspTree" => wishes.want::<BspTree>(id, ()),
+            "Volume" => wishes.want::<Volume>(id, ()),
             "Light" => wishes.want::<Lamps>(id, ()),
             "SpanImage" => wishes.want::<SpanImage>(id, lines),
             "Image" => wishes.want::<Image>(id, picture),
@@ -181,7 +195,11 @@ fn keys(
     }
     let plan = Schedule::new(&graph, &wishes).map_err(|failure| failure.to_string())?;
     let done = run.evaluate(&graph, &plan, &()).map_err(|failure| failure.to_string())?;
-    Ok(done.reports.iter().map(|report| (report.node.clone(), report.key)).collect())
+    // A node that is asked in two ways is there twice: one of them is taken, always the same.
+    let mut keys: Vec<(String, Key)> =
+        done.reports.iter().map(|report| (report.node.clone(), report.key)).collect();
+    keys.sort();
+    Ok(keys.into_iter().collect())
 }
 
 /// Every node of the graph.
@@ -225,17 +243,25 @@ fn others(kind: &str, field: &str, is: &str, default: Option<&str>) -> Vec<Strin
         ("PointLight" | "SpotLight", "lamp") => &["\"other.ies\""],
         ("PointLight" | "SpotLight", "aim" | "up") => &["(1, 0, 0.2)"],
         ("PointLight", "intensity" | "flux") => &["4.0"],
+        ("Isosurface", "levels") => &["[(value: 3)]"],
+        ("Isosurface", "error") => &["0.5"],
+        ("Isosurface", "within") => &["(least: (0, 0, 0), greatest: (1, 1, 1))"],
+        ("Isosurface", "cuts") => &["[(point: (0.5, 0, 0), direction: (1, 0, 0))]"],
         ("LinearLight", "flux") => &["3.0"],
+        ("Lookup", "colors") => &["{\"wood\": \"#102030\"}"],
+        ("Lookup", "entries") => &["7"],
+        ("Lookup", "size") => &["(30, 20)"],
         ("Quantize", "palette") => &["[\"#000000\", \"#ffffff\"]"],
         ("Quantize", "dither") => &["None"],
-        ("Read" | "ReadScene" | "ReadSpans", "file") => {
-            &["\"other.png\"", "\"tri.obj\"", "\"other.span\""]
+        ("Read" | "ReadScene" | "ReadSpans" | "ReadVolume", "file") => {
+            &["\"other.png\"", "\"tri.obj\"", "\"other.span\"", "\"other.nrrd\""]
         }
         ("Read", "layer" | "part" | "view") => return Vec::new(),
         ("ReadScene", "plan") => &["\"q\""],
         ("ReadScene", "objects") => &["[\"tri\"]"],
         ("ReadScene", "parameters") => &["{\"grey\": 0.5}"],
         ("ReadScene", "origin") => &["(1, 2, 3)"],
+        ("ReadVolume", "component") => &["1"],
         ("ReadSpans", "scenes") => &["\".\""],
         ("Refine", "select") => &["Objects([\"*\"])"],
         ("Refine" | "Resolve", "textures") => &["Nearest"],
@@ -257,7 +283,8 @@ fn others(kind: &str, field: &str, is: &str, default: Option<&str>) -> Vec<Strin
         ("Stream", "colors") => &["{\"k\": \"#102030\"}"],
         ("Stream", "channels") => &["{\"color2\": Number}", "{\"wet\": Number}"],
         ("SunLight", "time") => &["\"2026-06-21T15:00+09:00\""],
-        ("Trace", "accelerator") => &["Grid(cells: (4, 4, 4))"],
+        ("Trace" | "RayTracing", "accelerator") => &["Grid(cells: (4, 4, 4))"],
+        ("Wireframe", "hidden") => &["Shown"],
         ("Write", "path") => &["\"out2.png\""],
         ("WriteSpans", "path") => &["\"out2.span\""],
         ("Write", "channels") => &["[Color]"],
@@ -308,8 +335,9 @@ fn every_field_of_every_kind_is_in_the_key() {
     let scratch = folder("keys-fields");
     let folder = scratch.path();
     for (file, [_, other]) in files() {
-        let name = ["lamp.ies", "photo.png"].into_iter().find(|name| *name == file);
-        let name = name.map(|name| name.replace("lamp", "other").replace("photo", "other"));
+        let known = ["lamp.ies", "photo.png", "grid.nrrd"];
+        let name = known.into_iter().find(|name| *name == file);
+        let name = name.and_then(|name| Some(format!("other.{}", name.rsplit_once('.')?.1)));
         name.into_iter().for_each(|name| std::fs::write(folder.join(name), &other).unwrap());
     }
     let kept = std::fs::read(folder.join("kept.span")).unwrap();
@@ -400,6 +428,7 @@ fn every_file_that_was_read_is_in_the_key() {
         ("photo.png", "photo"),
         ("photo.png", "dome"),
         ("kept.span", "stored"),
+        ("grid.nrrd", "surface"),
     ];
     let ids: BTreeSet<&str> = readers.iter().map(|(_, id)| *id).collect();
     let ids: Vec<&str> = ids.into_iter().collect();

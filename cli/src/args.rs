@@ -165,8 +165,18 @@ pub(crate) struct Nodes {
 /// Says what is in a file, and what is wrong with it.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct Info {
-    /// A scene of any format, a graph, a .span file, a picture, or a lamp's photometry (.ies, .ldt).
+    /// A scene of any format, a graph, a .span file, a picture, a volume (.nrrd, .cube), or a lamp's photometry (.ies,
+    /// .ldt).
     pub(crate) file: PathBuf,
+    /// Measures a volume's surfaces at these values: area, volume, Euler number.
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',', allow_negative_numbers = true)]
+    pub(crate) level: Vec<f64>,
+    /// Samples from cell to cell for `--level`, as `step` of `Isosurface`.
+    #[arg(long, value_name = "N", default_value_t = 1.0, requires = "level")]
+    pub(crate) step: f64,
+    /// For `--level` and what is told, which value of a point is taken where it has several, from 0 on.
+    #[arg(long, value_name = "N")]
+    pub(crate) component: Option<u32>,
     /// Lists all objects and materials of a scene, however many.
     #[arg(long)]
     pub(crate) all: bool,

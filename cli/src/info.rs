@@ -9,6 +9,7 @@ use spandrel_engine::scene::{Object, Plan, Scene, Shape};
 use spandrel_engine::span::Stage;
 use spandrel_engine::span_file::SpanFile;
 use spandrel_engine::text::Faults;
+use spandrel_engine::volume::Volume;
 use spandrel_engine::{Error, Result};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
@@ -18,7 +19,7 @@ use std::path::Path;
 
 use crate::args::Info;
 use crate::contents::Materials;
-use crate::{check, contents, exit, lamp, lights, picture, print};
+use crate::{check, contents, exit, lamp, lights, picture, print, volume};
 
 pub(crate) fn run(registry: &Registry, args: &Info) -> u8 {
     if let Some(Err(code)) = args.output.as_ref().map(|file| exit::check_output(file, &["svg"])) {
@@ -40,6 +41,12 @@ pub(crate) fn run(registry: &Registry, args: &Info) -> u8 {
         _ if args.output.is_some() => {
             let file = args.file.display();
             print::error(format!("{file}: only lamps (.ies, .ldt) are drawn: leave out `-o`"));
+            return exit::USAGE;
+        }
+        _ if Volume::is_volume(&start) => volume::info(args),
+        _ if !args.level.is_empty() || args.component.is_some() => {
+            let file = args.file.display();
+            print::error(format!("{file}: it is no volume: leave out `--level` and `--component`"));
             return exit::USAGE;
         }
         (true, ..) => graph(registry, &args.file),

@@ -34,6 +34,7 @@ mod render;
 mod spans;
 mod stats;
 mod submit;
+mod volume;
 
 use clap::{CommandFactory, Parser};
 use spandrel_engine::graph::Registry;

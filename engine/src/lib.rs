@@ -69,6 +69,7 @@ pub mod texture;
 pub mod trace;
 pub mod values;
 pub mod visible;
+pub mod volume;
 pub mod watch;
 
 pub use error::{Error, Result};

@@ -248,7 +248,7 @@ fn windows_1252(byte: u8) -> char {
 /// What a file is, by its first bytes, in the words of an error: "a PNG picture"; `None` if they say nothing.
 pub fn kind(bytes: &[u8]) -> Option<&'static str> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let starts: [(&[u8], &str); 35] = [
+    let starts: [(&[u8], &str); 36] = [
         (b"\x89PNG\r\n\x1a\n", "a PNG picture"),
         (b"\xff\xd8\xff", "a JPEG picture"),
         (b"\x76\x2f\x31\x01", "an OpenEXR picture"),
@@ -273,6 +273,7 @@ pub fn kind(bytes: &[u8]) -> Option<&'static str> {
         (b"ply\r", "a PLY mesh"),
         (b"SPANDRELscen", "a binary scene of Spandrel (.scene)"),
         (b"SPANDRELspan", "a file of spans (.span)"),
+        (b"NRRD00", "a volume (NRRD)"),
         (b"Kaydara FBX", "an FBX scene"),
         (b"BLENDER", "a Blender file"),
         (b"PXR-USDC", "a USD scene"),

@@ -103,4 +103,5 @@ pub use crate::scene::{Document, Material, Mesh, Object, Plan, Scene, Shape, Ste
 pub use crate::span::{Candidates, FaceHead, FaceId, LineRenderer, Role, SpanImage, SpanWriter};
 pub use crate::trace::{Casters, CastersBuilder, Toward};
 pub use crate::values::{Delivery, Lamps, Override, PictureDemand, SpanDemand};
+pub use crate::volume::{Inside, Volume, isosurface};
 pub use crate::watch::Watch;

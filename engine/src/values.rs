@@ -3,6 +3,7 @@
 //! | value | asked | made by |
 //! |---|---|---|
 //! | [`Scene`] | nothing | readers |
+//! | [`Volume`] | nothing | readers |
 //! | [`Camera`] | nothing | cameras |
 //! | [`BspTree`] | nothing | trees over scenes |
 //! | [`SpanImage`] | a raster, a line plan, rows ([`SpanDemand`]) | renderers, merges, shaders |
@@ -32,6 +33,7 @@ use crate::resolve::Framing;
 use crate::scene::Scene;
 use crate::span::SpanImage;
 use crate::visible;
+use crate::volume::Volume;
 
 impl Value for Scene {
     type Demand = ();
@@ -51,6 +53,24 @@ impl Value for Scene {
 
     fn facts(&self) -> Vec<(&'static str, u64)> {
         vec![("faces", self.face_count() as u64), ("objects", self.instances.len() as u64)]
+    }
+}
+
+impl Value for Volume {
+    type Demand = ();
+    const NAME: &'static str = "Volume";
+    const READER: Option<&'static str> = Some("ReadVolume");
+
+    fn key(&self) -> Option<Key> {
+        Some(Volume::key(self))
+    }
+
+    fn bytes(&self) -> usize {
+        Volume::bytes(self)
+    }
+
+    fn facts(&self) -> Vec<(&'static str, u64)> {
+        vec![("samples", self.samples().len() as u64)]
     }
 }
 
@@ -100,21 +120,21 @@ impl SpanDemand {
     /// is seen is; faces are made ready again. Tells the user if nothing is seen.
     ///
     /// # Errors
-    /// As [`scanline::frame`].
+    /// As [`scanline::frame`], and those of `solve`.
     pub fn seen(
         &self,
         scene: &Arc<Scene>,
         camera: &Camera,
         priority: i32,
         inputs: &Inputs<'_>,
-        solve: impl FnOnce(&SpanImage) -> SpanImage,
+        solve: impl FnOnce(&SpanImage) -> Result<SpanImage>,
     ) -> Result<SpanImage> {
         let view = View::new(camera, self.raster)?;
         let cluster = Cluster { priority, layered: self.layered, ..scene.clone().into() };
         let frame = scanline::frame(&[cluster], &view, self.plan, self.rows.clone())?;
         let image = inputs.remembered(
             |bytes| visible::restore(&frame, bytes),
-            || Ok(solve(&frame)),
+            || solve(&frame),
             visible::stored::packed,
         )?;
         let faces = scene.face_count();

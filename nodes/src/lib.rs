@@ -9,6 +9,7 @@
 pub mod image {
     mod blur;
     mod grade;
+    mod lookup;
     mod matte;
     mod over;
     mod panorama;
@@ -20,6 +21,7 @@ pub mod image {
     mod segment;
     pub use blur::Blur;
     pub use grade::Grade;
+    pub use lookup::Lookup;
     pub use matte::Matte;
     pub use over::Over;
     pub use panorama::Panorama;
@@ -55,11 +57,13 @@ pub mod render {
     mod billboards;
     mod bsp_tree;
     mod list_priority;
+    mod ray_tracing;
     mod scanline;
     pub use background::Background;
     pub use billboards::{Area, Billboards, Row};
     pub use bsp_tree::BspTree;
     pub use list_priority::ListPriority;
+    pub use ray_tracing::RayTracing;
     pub use scanline::Scanline;
 }
 
@@ -79,18 +83,24 @@ pub mod shade {
     pub use trace::Trace;
 }
 
-/// Scenes and cameras.
+/// Scenes, volumes and cameras.
 pub mod source {
     mod camera;
+    mod isosurface;
     mod light_faces;
     mod read_scene;
     mod read_spans;
+    mod read_volume;
     mod scene_camera;
+    mod wireframe;
     pub use camera::Camera;
+    pub use isosurface::{IsoBox, IsoCut, IsoLevel, Isosurface};
     pub use light_faces::LightFaces;
     pub use read_scene::ReadScene;
     pub use read_spans::ReadSpans;
+    pub use read_volume::ReadVolume;
     pub use scene_camera::SceneCamera;
+    pub use wireframe::Wireframe;
 }
 
 /// Operations on spans.
@@ -117,6 +127,7 @@ pub fn register(registry: &mut Registry) {
     registry
         .register::<image::Blur>()
         .register::<image::Grade>()
+        .register::<image::Lookup>()
         .register::<image::Matte>()
         .register::<image::Over>()
         .register::<image::Panorama>()
@@ -143,6 +154,7 @@ pub fn register(registry: &mut Registry) {
         .register::<render::Billboards>()
         .register::<render::BspTree>()
         .register::<render::ListPriority>()
+        .register::<render::RayTracing>()
         .register::<render::Scanline>()
         .register::<shade::Fog>()
         .register::<shade::Illuminate>()
@@ -151,10 +163,13 @@ pub fn register(registry: &mut Registry) {
         .register::<shade::Stream>()
         .register::<shade::Trace>()
         .register::<source::Camera>()
+        .register::<source::Isosurface>()
         .register::<source::LightFaces>()
         .register::<source::ReadScene>()
         .register::<source::ReadSpans>()
+        .register::<source::ReadVolume>()
         .register::<source::SceneCamera>()
+        .register::<source::Wireframe>()
         .register::<span::Crop>()
         .register::<span::DepthMerge>()
         .register::<span::DepthScale>()

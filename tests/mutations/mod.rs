@@ -17,6 +17,8 @@ use spandrel_engine::scene::examine::examine;
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::scene::{Object, Shape};
 use spandrel_engine::span_file::SpanFile;
+use spandrel_engine::volume::decimate::decimate;
+use spandrel_engine::volume::{Inside, Volume, isosurface};
 use spandrel_engine::{Result, open};
 use spandrel_tests::random::Random;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -112,10 +114,26 @@ fn read_one(path: &Path) -> std::result::Result<(), String> {
             assert!(lamp.flux() >= 0.0, "a lamp of {} lm", lamp.flux());
         }),
         "span" => SpanFile::open(path, None).and_then(|file| file.read(file.rows())).map(drop),
+        "nrrd" | "cube" => volume(path),
         "graph" => return graph(path),
         _ => scene(path),
     };
     read.map_err(|error| error.to_string())
+}
+
+/// Reads a volume and makes a surface in the middle of its values.
+fn volume(path: &Path) -> Result<()> {
+    let volume = Volume::read(path, None)?;
+    if let Some((low, high)) = volume.range() {
+        let middle = f64::from(low) / 2.0 + f64::from(high) / 2.0;
+        let finer = if volume.samples().len() < 1000 { volume.resampled(0.5)? } else { volume };
+        if middle.is_finite() {
+            let mesh = isosurface(&finer, middle, Inside::Above)?;
+            mesh.validate()?;
+            decimate(&mesh, 0.3)?;
+        }
+    }
+    Ok(())
 }
 
 fn scene(path: &Path) -> Result<()> {

@@ -8,7 +8,7 @@ use spandrel_engine::span_file::{self, Options};
 use spandrel_tests::png;
 use spandrel_tests::scenes::front_view;
 use spandrel_tests::spans;
-use std::io::Cursor;
+use std::io::{Cursor, Write};
 use std::path::Path;
 
 use super::damage::{Form, made_glb};
@@ -54,8 +54,31 @@ pub(crate) fn all(folder: &Path) -> Vec<Seed> {
         seed("it.scene", Form::Scene, binary_scene()),
         seed("it.graph", Form::Text, GRAPH),
         seed("it.span", Form::Spans, span(folder)),
+        seed("it.nrrd", Form::Text, format!("{NRRD}encoding: text\n\n{}", numbers(27))),
+        seed("it.nrrd", Form::Binary, nrrd()),
+        seed("it.cube", Form::Text, format!("{CUBE}{}", numbers(54))),
     ]);
     seeds
+}
+
+const NRRD: &str = "NRRD0004\ntype: short\ndimension: 3\nsizes: 3 3 3\nendian: little\n\
+                    space directions: (1,0,0) (0,1,0) (0,0,1.5)\nspace units: \"mm\" \"mm\" \"mm\"\n";
+
+/// Two orbitals at each of 27 points.
+const CUBE: &str =
+    "a title\nanother\n -1 0 0 0\n 3 0.5 0 0\n 3 0 0.5 0\n 3 0 0 0.5\n 1 1.0 0 0 0\n 2 4 5\n";
+
+fn numbers(count: usize) -> String {
+    let line = |from: usize| (from..count.min(from + 6)).map(|at| format!("{} ", at * 7 % 11));
+    (0..count).step_by(6).map(|from| line(from).collect::<String>() + "\n").collect()
+}
+
+fn nrrd() -> Vec<u8> {
+    let mut bytes = format!("{NRRD}encoding: gzip\n\n").into_bytes();
+    let samples: Vec<u8> = (0..27i16).flat_map(|at| (at * 7 % 11).to_le_bytes()).collect();
+    let mut encoder = flate2::write::GzEncoder::new(&mut bytes, flate2::Compression::fast());
+    encoder.write_all(&samples).and_then(|()| encoder.finish().map(drop)).expect("memory takes it");
+    bytes
 }
 
 fn pictures(folder: &Path) -> Vec<Seed> {

@@ -54,8 +54,11 @@ pub(super) fn check(raw: &RawNode) -> Result<ParameterInfo, Vec<Diagnostic>> {
     let fault = |field: &str, message: String| vec![Diagnostic::error(raw.field(field), message)];
     let Some((kind, what)) = KINDS.iter().find(|(kind, _)| *kind == raw.kind) else {
         let kinds = KINDS.iter().map(|(kind, _)| *kind);
-        let found =
-            Diagnostic::error(raw.kind_span(), format!("`{}` is no kind of parameter", raw.kind));
+        let message = match raw.kind.as_str() {
+            "" => "a parameter begins with its kind, such as `Number(default: 1)`".to_owned(),
+            kind => format!("`{kind}` is no kind of parameter"),
+        };
+        let found = Diagnostic::error(raw.kind_span(), message);
         return Err(vec![match nearest(&raw.kind, kinds.clone()) {
             Some(near) => found.help(format!("did you mean `{near}`?")),
             None => found.help(format!("there are {}", list(kinds))),

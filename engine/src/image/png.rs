@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::format::{Format, largest};
 use super::raster::{Pixels, Started, too_small};
-use super::{Codes, Coding, Image, Layout};
+use super::{Coded, Codes, Coding, Image, Layout};
 use crate::color::{Primaries, encode_srgb};
 use crate::error::{Error, Result};
 
@@ -36,6 +36,14 @@ pub(super) fn write(
 ) -> Result<()> {
     let (width, height) = (image.window.width, image.window.height);
     let fault = |e: png::EncodingError| Error::output(path, e);
+    if let Some(Coded {
+        layout: Layout::Palette(colors), codes: Codes::Bytes(numbers), coding, ..
+    }) = image.coded().map(|coded| &**coded)
+        && bits == 8
+        && coding.is(&Coding::srgb())
+    {
+        return write_numbers(colors, numbers, (width, height), path, out);
+    }
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(ColorType::Rgba);
     encoder.set_depth(if bits == 16 { BitDepth::Sixteen } else { BitDepth::Eight });
@@ -67,6 +75,32 @@ pub(super) fn write(
         stream.write_all(&bytes).map_err(|e| Error::output(path, e))?;
     }
     stream.finish().map_err(fault)?;
+    writer.finish().map_err(fault)
+}
+
+/// Writes a picture that is numbers of colours as such.
+fn write_numbers(
+    colors: &[[u8; 4]],
+    numbers: &[u8],
+    (width, height): (u32, u32),
+    path: &Path,
+    out: &mut impl Write,
+) -> Result<()> {
+    let fault = |e: png::EncodingError| Error::output(path, e);
+    let mut encoder = Encoder::new(out, width, height);
+    encoder.set_color(ColorType::Indexed);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.set_compression(png::Compression::Balanced);
+    // What goes beyond the last colour is black.
+    let all = colors.len().max(numbers.iter().max().map_or(0, |most| usize::from(*most) + 1));
+    let colors = || colors.iter().copied().chain(std::iter::repeat([0, 0, 0, 255])).take(all);
+    encoder.set_palette(colors().flat_map(|[r, g, b, _]| [r, g, b]).collect::<Vec<u8>>());
+    if colors().any(|[.., alpha]| alpha < 255) {
+        encoder.set_trns(colors().map(|[.., alpha]| alpha).collect::<Vec<u8>>());
+    }
+    let mut writer = encoder.write_header().map_err(fault)?;
+    writer.write_image_data(numbers).map_err(fault)?;
     writer.finish().map_err(fault)
 }
 

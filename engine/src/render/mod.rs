@@ -5,6 +5,7 @@
 //! |---|---|---|
 //! | [`scanline`] | the faces of scenes | \[N], \[D] |
 //! | [`priority`] | the same, by a tree that gives faces their order for any eye | \[D] |
+//! | [`rays`] | the same, as far as rays from the eye nominate them | \[D] |
 //! | [`background`] | what stands behind everything, in all directions | \[N] |
 //! | [`billboards`] | trees from photographs, on cards | \[N] 4.2 |
 //!
@@ -14,4 +15,5 @@
 pub mod background;
 pub mod billboards;
 pub mod priority;
+pub mod rays;
 pub mod scanline;

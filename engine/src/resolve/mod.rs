@@ -18,6 +18,7 @@ pub mod filter;
 mod hidden;
 mod intensity;
 mod lit;
+pub mod lookup;
 mod paint;
 pub mod pick;
 mod refine;

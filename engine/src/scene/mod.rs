@@ -25,6 +25,7 @@ pub mod shape;
 mod shell;
 mod smooth;
 pub mod surfaces;
+pub mod wire;
 
 pub use crate::fragment::Environment;
 pub use document::{Display, Document, Object, Plan, Step, Transform};

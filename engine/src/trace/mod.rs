@@ -172,19 +172,24 @@ impl Finder<'_> {
     /// first of all, whatever finds it.
     pub fn nearest(&self, ray: &Ray, mut accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
         let mut best: Option<Hit> = None;
-        let visit = |hit: Hit| {
+        self.visit(ray, |hit: Hit| {
             let beats = best.is_none_or(|best| (hit.t, hit.piece) < (best.t, best.piece));
             if !beats || !accept(&hit) {
                 return None;
             }
             best = Some(hit);
             Some(hit.t)
-        };
+        });
+        best
+    }
+
+    /// Visits pieces that a ray meets, in no order: all up to the way that `visit` returned last, and perhaps some
+    /// beyond it.
+    pub fn visit(&self, ray: &Ray, visit: impl FnMut(Hit) -> Option<f64>) {
         match &self.grid {
             None => self.casters.traverse(ray, visit),
             Some(grid) => grid.traverse(self.casters, ray, visit),
         }
-        best
     }
 
     /// The pieces.

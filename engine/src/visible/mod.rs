@@ -32,19 +32,36 @@ use probe::FaceIndex;
 /// What is seen of a frame's faces on its lines and, if its plan is to be probed, on any others. Lines that show what
 /// they did in the frame of these scenes that was solved last are taken from it.
 pub fn solve(frame: SpanImage) -> SpanImage {
-    solve_listed(frame, None)
+    solve_all(frame, Listed::All)
 }
 
 /// Solves as [`solve`] does, bit for bit, and looks at faces in an order: all of the frame's, best from the nearest to
 /// the farthest, which is fastest.
 pub fn solve_in_order(frame: SpanImage, order: &[FaceId]) -> SpanImage {
-    solve_listed(frame, Some(order))
+    solve_all(frame, Listed::InOrder(order))
 }
 
-fn solve_listed(frame: SpanImage, order: Option<&[FaceId]>) -> SpanImage {
+/// Solves as [`solve`] does if a frame had no other faces than these. Probes find all.
+pub fn solve_among(frame: SpanImage, faces: &[FaceId]) -> SpanImage {
+    let (lines, layers) = tiles::solve(&frame, Listed::Among(faces), None);
+    solved(frame, lines, layers)
+}
+
+/// The faces that a solver looks at.
+#[derive(Clone, Copy)]
+enum Listed<'a> {
+    /// All of the frame.
+    All,
+    /// All of the frame, in this order.
+    InOrder(&'a [FaceId]),
+    /// Only these.
+    Among(&'a [FaceId]),
+}
+
+fn solve_all(frame: SpanImage, listed: Listed<'_>) -> SpanImage {
     let (clock, watch) = (Instant::now(), Watch::current());
     let before = Before::of(&frame, &watch);
-    let (lines, layers) = tiles::solve(&frame, order, before.as_ref());
+    let (lines, layers) = tiles::solve(&frame, listed, before.as_ref());
     let image = solved(frame, lines, layers);
     again::keep(&image, &watch, clock.elapsed().as_secs_f64());
     image

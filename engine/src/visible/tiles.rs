@@ -14,6 +14,7 @@
 use rayon::prelude::*;
 use std::ops::Range;
 
+use super::Listed;
 use super::again::Before;
 use super::band::{self, Band, BandReach, LANES, Limits};
 use super::bins::{self, BinEntry, Bins};
@@ -32,16 +33,16 @@ const STALE: u32 = 8;
 /// they were before are taken from there. Faces are looked at in a given order, or roughly from front to back.
 pub(super) fn solve(
     frame: &SpanImage,
-    order: Option<&[FaceId]>,
+    listed: Listed<'_>,
     before: Option<&Before>,
 ) -> (Lines, Layers) {
     let lines = frame.plan().lines(&frame.rows());
-    let bins = bins_of(frame, order, &lines, before, false);
+    let bins = bins_of(frame, listed, &lines, before, false);
     let has_layers = frame
         .sources()
         .iter()
         .any(|source| source.faces.faces().iter().any(|face| face.is_translucent));
-    let layers = has_layers.then(|| bins_of(frame, order, &lines, before, true));
+    let layers = has_layers.then(|| bins_of(frame, listed, &lines, before, true));
     let bands = (lines.len() as u32).div_ceil(LANES as u32);
     let watch = Watch::current();
     watch.begin(bands as usize);
@@ -49,7 +50,7 @@ pub(super) fn solve(
     let (opaque, translucent): (Vec<Lines>, Vec<Layers>) = (0..bands)
         .into_par_iter()
         .map_init(
-            || Solver { is_ordered: order.is_some(), ..Solver::new(frame) },
+            || Solver { is_ordered: matches!(listed, Listed::InOrder(_)), ..Solver::new(frame) },
             |solver, number| {
                 watch.step();
                 let first = lines.start + number * LANES as u32;
@@ -75,7 +76,7 @@ pub(super) fn solve(
 /// already need none.
 fn bins_of(
     frame: &SpanImage,
-    order: Option<&[FaceId]>,
+    listed: Listed<'_>,
     lines: &Range<u32>,
     before: Option<&Before>,
     translucent: bool,
@@ -85,7 +86,11 @@ fn bins_of(
         before.map_or(bands, |before| before.changed(bands))
     };
     let count = lines.len().div_ceil(LANES);
-    Bins::new(frame, order, count, |face| face.is_translucent == translucent, bands)
+    let faces = match listed {
+        Listed::All => None,
+        Listed::InOrder(faces) | Listed::Among(faces) => Some(faces),
+    };
+    Bins::new(frame, faces, count, |face| face.is_translucent == translucent, bands)
 }
 
 /// A segment of a tile's line: its first cell, and the face seen with its depth on this line. It ends

@@ -44,7 +44,7 @@ impl Node for ListPriority {
     fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let (tree, camera) = (inputs.get(&self.tree), inputs.get(&self.camera));
         wanted.seen(tree.scene(), &camera, self.priority, inputs, |frame| {
-            visible::solve_in_order(frame.clone(), &priority::listed(&tree, frame))
+            Ok(visible::solve_in_order(frame.clone(), &priority::listed(&tree, frame)))
         })
     }
 }

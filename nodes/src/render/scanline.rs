@@ -44,6 +44,7 @@ impl Node for Scanline {
 
     fn evaluate(&self, wanted: &SpanDemand, inputs: &Inputs<'_>) -> Result<SpanImage> {
         let (scene, camera) = (inputs.get(&self.scene), inputs.get(&self.camera));
-        wanted.seen(&scene, &camera, self.priority, inputs, |frame| visible::solve(frame.clone()))
+        wanted
+            .seen(&scene, &camera, self.priority, inputs, |frame| Ok(visible::solve(frame.clone())))
     }
 }

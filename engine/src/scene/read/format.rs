@@ -83,6 +83,9 @@ impl Format {
                     }
                     "a web page" => "was it downloaded by a link to a page about it?",
                     other if other.ends_with(".span)") => "read it by `ReadSpans`",
+                    other if other.contains("volume") => {
+                        "`Isosurface` makes scenes of the surfaces in it"
+                    }
                     other if other.contains("picture") || other.contains("photometry") => {
                         "is it the right file?"
                     }

@@ -57,13 +57,15 @@ impl Place<'_> {
 
     /// `1,5` for `1.5`.
     fn decimal_comma(&self, error: &E) -> Option<Wording> {
-        let is_value_too_many = matches!(
-            error,
-            E::ExpectedStructLikeEnd
-                | E::ExpectedIdentifier
-                | E::SuggestRawIdentifier(_)
-                | E::ExpectedDifferentLength { .. }
-        );
+        let is_value_too_many = match error {
+            E::ExpectedStructLikeEnd | E::ExpectedIdentifier | E::SuggestRawIdentifier(_) => true,
+            // Such as "a tuple of size 3".
+            E::ExpectedDifferentLength { expected, found } => {
+                let length = expected.split(' ').find_map(|word| word.parse::<usize>().ok());
+                length.is_none_or(|length| *found > length)
+            }
+            _ => false,
+        };
         if !is_value_too_many {
             return None;
         }
