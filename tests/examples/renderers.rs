@@ -51,13 +51,13 @@ fn measure(name: &str, scene: &Arc<Scene>, view: &View) {
 
 /// The share of two images' lines on which they show different faces.
 fn differing(a: &SpanImage, b: &SpanImage) -> f64 {
-    let mut cells = 0u64;
+    let (mut cells, across) = (0u64, a.view().raster().cells());
     for line in a.lines().range() {
         let (a, b) = (a.lines().line(line), b.lines().line(line));
         let mut borders: Vec<u32> = a.iter().chain(b).map(|span| span.x).collect();
         borders.sort_unstable();
         borders.dedup();
-        borders.push(u32::MAX);
+        borders.push(across);
         let seen = |spans: &[spandrel_engine::span::Span], x: u32| {
             spans[spans.partition_point(|span| span.x <= x) - 1].face
         };
@@ -67,7 +67,7 @@ fn differing(a: &SpanImage, b: &SpanImage) -> f64 {
                 if seen(a, pair[0]) == seen(b, pair[0]) { 0 } else { u64::from(end - pair[0]) };
         }
     }
-    let all = u64::from(a.view().raster().cells()) * a.lines().range().len() as u64;
+    let all = u64::from(across) * a.lines().range().len() as u64;
     cells as f64 / all as f64
 }
 

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::camera::View;
 use crate::color::{Color, decode_srgb, encode_srgb};
 use crate::error::{Error, Result};
 use crate::fragment::{Anywhere, Columns, Fragments};
@@ -96,7 +97,7 @@ impl Display {
         if image.rows() != (0..raster.height) {
             return Err(Error::invalid("a display needs all rows of the image"));
         }
-        let (attributes, of_face) = attributes(image, by);
+        let (attributes, faces) = attributes(image, by);
         let (count, room) = (attributes.len(), ENTRIES - 1);
         let each = entries.map_or(MOST.min(room / count.max(1)), |entries| entries as usize);
         let wanted: usize = attributes.iter().map(|a| if a.is_lit { each } else { 1 }).sum();
@@ -113,7 +114,7 @@ impl Display {
             .map(|band| {
                 watch.check()?;
                 let rows = band * ROWS..raster.height.min((band + 1) * ROWS);
-                Ok(spots(image, rows, by, &of_face))
+                Ok(spots(image, rows, by, &faces))
             })
             .collect::<Result<_>>()?;
         let spots = || spots.iter().flatten();
@@ -218,14 +219,27 @@ impl TablePart {
     }
 }
 
-/// The attributes of what is seen, in the order of faces, and that of each face.
-fn attributes(image: &SpanImage, by: Brightness) -> (Vec<Attribute>, Vec<u32>) {
+/// What is known of a face before pixels are looked at.
+#[derive(Clone, Copy)]
+struct Known {
+    /// The number of its attribute.
+    part: u32,
+    /// Its colour and its normal under a light at the eye, if they are the same all over.
+    alike: Option<(Color, DVec3)>,
+}
+
+/// The attributes of what is seen, in the order of faces, and what is known of each face that is displayed.
+fn attributes(image: &SpanImage, by: Brightness) -> (Vec<Attribute>, Vec<Option<Known>>) {
     let mut seen = Seen::new(image.face_count());
     seen.add(image);
     let mut numbers: HashMap<(usize, String, bool), u32> = HashMap::new();
     let mut attributes = Vec::new();
-    let mut of_face = vec![u32::MAX; image.face_count()];
-    for (id, ..) in seen.faces() {
+    let mut faces = vec![None; image.face_count()];
+    let raster = image.view().raster();
+    // Of each source the faces that are alike all over, each at one place.
+    let mut alike: Vec<(Fragments<'_>, Vec<FaceId>)> =
+        image.sources().iter().map(|_| (Fragments::new(image.view()), Vec::new())).collect();
+    for (id, line, cell) in seen.faces() {
         let (at, _) = image.locate(id);
         let (source, face) = image.face(id);
         if face.is_translucent {
@@ -247,9 +261,37 @@ fn attributes(image: &SpanImage, by: Brightness) -> (Vec<Attribute>, Vec<u32>) {
             attributes.push(Attribute { name, scene: source.label.clone(), is_edge, is_lit });
             attributes.len() as u32 - 1
         });
-        of_face[id.0 as usize] = number;
+        faces[id.0 as usize] = Some(Known { part: number, alike: None });
+        let differs = surfaces.varying(face.ordinal).meets(Columns::COLOR | Columns::NORMAL);
+        if by == Brightness::Head && !differs {
+            let (x, y) = (raster.pixels(cell), image.plan().y(line));
+            let (fragments, ids) = &mut alike[at];
+            fragments.push(face.ordinal, face.sees_front, x, y, face.plane.depth(x, y));
+            ids.push(id);
+        }
     }
-    (attributes, of_face)
+    for (source, (mut fragments, ids)) in image.sources().iter().zip(alike) {
+        if ids.is_empty() {
+            continue;
+        }
+        source.fill(Columns::COLOR | Columns::NORMAL, &mut fragments);
+        for (i, id) in ids.into_iter().enumerate() {
+            let found = (fragments.color[i], fragments.normal[i].as_dvec3());
+            if let Some(known) = &mut faces[id.0 as usize] {
+                known.alike = Some(found);
+            }
+        }
+    }
+    (attributes, faces)
+}
+
+/// The unit vector from what is seen at (x, y) pixels to the eye.
+fn to_eye(view: &View, x: f64, y: f64) -> DVec3 {
+    if view.is_parallel() {
+        view.world_direction(DVec3::Z)
+    } else {
+        -view.world_direction(view.eye_point(x, y, 1.0)).normalize()
+    }
 }
 
 /// What is seen in the middle of the pixels of some rows.
@@ -257,12 +299,12 @@ fn spots(
     image: &SpanImage,
     rows: std::ops::Range<u32>,
     by: Brightness,
-    of_face: &[u32],
+    faces: &[Option<Known>],
 ) -> Vec<Option<Spot>> {
     let (raster, plan) = (image.view().raster(), image.plan());
     let mut found = vec![None; rows.len() * raster.width as usize];
     // A shader is given fragments of one source.
-    let mut batches: HashMap<usize, (Fragments<'_>, Vec<(usize, FaceId)>)> = HashMap::new();
+    let mut batches: HashMap<usize, (Fragments<'_>, Vec<(usize, u32)>)> = HashMap::new();
     for row in rows.clone() {
         let middle = f64::from(row) + 0.5;
         let off = |line: &u32| (plan.y(*line) - middle).abs();
@@ -277,17 +319,21 @@ fn spots(
                 at += 1;
             }
             let face = spans[at].face;
-            if !face.is_some() || of_face[face.0 as usize] == u32::MAX {
+            let known = if face.is_some() { faces[face.0 as usize] } else { None };
+            let Some(Known { part, alike }) = known else { continue };
+            let place = (row - rows.start) as usize * raster.width as usize + column as usize;
+            let y = plan.y(line);
+            if let Some((color, normal)) = alike {
+                let bright = normal.dot(to_eye(image.view(), x, y)).abs() as f32;
+                found[place] = Some(Spot { part, level: encode_srgb(bright.min(1.0)), color });
                 continue;
             }
-            let place = (row - rows.start) as usize * raster.width as usize + column as usize;
             let batch = batches.entry(image.locate(face).0);
             let (fragments, places) =
                 batch.or_insert_with(|| (Fragments::new(image.view()), Vec::new()));
             let (_, known) = image.face(face);
-            let y = plan.y(line);
             fragments.push(known.ordinal, known.sees_front, x, y, known.plane.depth(x, y));
-            places.push((place, face));
+            places.push((place, part));
         }
     }
     for (at, (mut fragments, places)) in batches {
@@ -308,9 +354,9 @@ fn spots(
                 own.map(|(own, shaded)| shaded.luminance() / own.luminance().max(1e-9)).collect()
             }
         };
-        for (((place, face), color), bright) in places.into_iter().zip(colors).zip(bright) {
+        for (((place, part), color), bright) in places.into_iter().zip(colors).zip(bright) {
             let level = if bright.is_finite() { encode_srgb(bright.clamp(0.0, 1.0)) } else { 1.0 };
-            found[place] = Some(Spot { part: of_face[face.0 as usize], level, color });
+            found[place] = Some(Spot { part, level, color });
         }
     }
     found

@@ -99,6 +99,12 @@ impl Mesh {
         Ok(self.faces.len() - 1)
     }
 
+    /// Makes room for so many more faces, and corners of all of them.
+    pub fn reserve(&mut self, faces: usize, corners: usize) {
+        self.faces.reserve_exact(faces);
+        self.corners.reserve_exact(corners);
+    }
+
     /// A face as a value.
     pub fn face(&self, at: usize) -> Option<Face> {
         let stored = self.faces.get(at)?;

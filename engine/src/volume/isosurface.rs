@@ -78,10 +78,14 @@ pub fn isosurface(volume: &Volume, level: f64, inside: Inside) -> Result<Mesh> {
         .map(|layer| watch.check().map(|()| field.triangles(layer, &known)))
         .collect::<Result<_>>()?;
     let mut mesh = Mesh::default();
+    mesh.points.reserve_exact(total as usize);
+    mesh.normals.reserve_exact(total as usize);
     for (points, normals) in vertices {
         mesh.points.extend(points);
         mesh.normals.extend(normals);
     }
+    let count = triangles.iter().map(Vec::len).sum();
+    mesh.reserve(count, 3 * count);
     for triangle in triangles.iter().flatten() {
         mesh.add_polygon(triangle, None)?;
     }
@@ -121,23 +125,29 @@ impl Field<'_> {
         });
         let allowed = |bits: u8| (bits & 2 == 0 || down) && (bits & 4 == 0 || deep);
         let there: u8 = (1..8u8).filter(|d| allowed(*d)).map(|d| 1 << (d - 1)).sum();
-        let side = |sample: f32| (self.is_inside(sample), sample.is_nan());
-        let column = |x: usize| offsets.map(|offset| side(samples[offset + x]));
+        // Which of the four points at x are inside, as bits.
+        let column = |x: usize| -> usize {
+            (0..4).map(|at| usize::from(self.is_inside(samples[offsets[at] + x])) << at).sum()
+        };
+        let is_missing = |x: usize, at: usize| samples[offsets[at] + x].is_nan();
         let mut here = column(0);
         for (x, to) in marks.iter_mut().enumerate() {
-            let (next, there) = match x + 1 < columns {
-                true => (column(x + 1), there),
+            let (right, there) = match x + 1 < columns {
+                true => (x + 1, there),
                 // Bits of the edges with d even.
-                false => (here, there & 0b010_1010),
+                false => (x, there & 0b010_1010),
             };
-            let mut mark = 0;
-            if !here[0].1 {
+            let next = if right == x { here } else { column(right) };
+            // Nothing is between points of one side.
+            if (here | next) != 0 && (here & next) != 15 && !is_missing(x, 0) {
+                let mut mark = 0;
                 for d in 1..8usize {
-                    let end = if d & 1 != 0 { next[d >> 1] } else { here[d >> 1] };
-                    mark |= u8::from(end.0 != here[0].0 && !end.1) << (d - 1);
+                    let (end, x) = if d & 1 != 0 { (next, right) } else { (here, x) };
+                    let differs = (end >> (d >> 1) ^ here) & 1 != 0;
+                    mark |= u8::from(differs && !is_missing(x, d >> 1)) << (d - 1);
                 }
+                *to = mark & there;
             }
-            *to = mark & there;
             here = next;
         }
     }
@@ -152,12 +162,12 @@ impl Field<'_> {
             let start = (layer * rows + y) * columns;
             for x in (0..columns).filter(|x| marks[start + x] != 0) {
                 let from = [x, y, layer];
+                let (p, m) = (self.volume.place(from), self.gradient(from));
                 for d in (1..8usize).filter(|d| marks[start + x] >> (d - 1) & 1 != 0) {
                     let to = [x + (d & 1), y + (d >> 1 & 1), layer + (d >> 2)];
                     let share = self.share(from, d);
-                    let [p, q] = [from, to].map(|at| self.volume.place(at));
+                    let (q, n) = (self.volume.place(to), self.gradient(to));
                     points.push(p + (q - p) * share);
-                    let [m, n] = [from, to].map(|at| self.gradient(at));
                     let along = slopes * (m + (n - m) * share) * outwards;
                     // Where the field is flat on both sides, from the side where it is inside.
                     let straight =
@@ -187,21 +197,33 @@ impl Field<'_> {
         let axes = d.count_ones();
         let field = |t: f64| {
             let s = 1.0 - t;
-            match axes {
-                1 => a * s + b * t,
-                2 => (a * s + b * t) * s + c * t * t,
-                _ => ((a * s + b * t) * s + c * t * t) * s + e * t * t * t,
-            }
+            ((a * s + b * t) * s + c * t * t) * s + e * t * t * t
         };
         let straight = a / (a - sums[axes as usize]);
-        let share = if axes == 1 { straight } else { root(field, straight) };
-        // Infinite samples leave the middle.
+        let share = match axes {
+            1 => straight,
+            2 => root_of_second_degree(a, b, c),
+            _ => root(field, straight),
+        };
+        // Beside a sample that is no number it goes straight; infinite ends leave the middle.
+        let share = if share.is_nan() { straight } else { share };
         if share.is_nan() { 0.5 } else { share.clamp(APART, 1.0 - APART) }
     }
 
     /// The gradient along the axes, by the neighbours that are there and are numbers.
     fn gradient(&self, at: [usize; 3]) -> DVec3 {
         let value = |at: [usize; 3]| f64::from(self.volume.samples[self.volume.index(at)]);
+        let counts = self.volume.counts;
+        if (0..3).all(|axis| at[axis] > 0 && at[axis] + 1 < counts[axis]) {
+            let (samples, middle) = (&self.volume.samples, self.volume.index(at));
+            let apart = [1, counts[0], counts[0] * counts[1]];
+            let slopes =
+                apart.map(|by| f64::from(samples[middle + by]) - f64::from(samples[middle - by]));
+            let slopes = DVec3::from_array(slopes) / 2.0;
+            if slopes.is_finite() {
+                return slopes;
+            }
+        }
         let here = value(at);
         DVec3::from_array(std::array::from_fn(|axis| {
             let beside = |by: isize| {
@@ -232,13 +254,15 @@ impl Field<'_> {
             let mut cursor = known.rows_at(y, layer);
             let starts: [usize; 4] =
                 std::array::from_fn(|at| known.row(y + (at & 1), layer + (at >> 1)) * columns);
+            let column = |x: usize| -> u8 {
+                (0..4).map(|at| u8::from(self.is_inside(samples[starts[at] + x])) << (2 * at)).sum()
+            };
+            let mut left = column(0);
             for x in 0..columns - 1 {
                 // Nothing crosses a cell whose corners lie on one side: then none of its edges has a vertex.
-                let sides: u8 = (0..8)
-                    .map(|c: usize| {
-                        u8::from(self.is_inside(samples[starts[c >> 1] + x + (c & 1)])) << c
-                    })
-                    .sum();
+                let right = column(x + 1);
+                let sides = left | right << 1;
+                left = right;
                 if sides != 0 && sides != 255 {
                     let missing = |c: usize| samples[starts[c >> 1] + x + (c & 1)].is_nan();
                     for tetrahedron in &TETRAHEDRA {
@@ -257,6 +281,16 @@ impl Field<'_> {
     fn is_turned(&self) -> bool {
         self.volume.steps.determinant() < 0.0
     }
+}
+
+/// Where a s^2 + b s t + c t^2 with s = 1 - t is 0, for a and c of different signs.
+fn root_of_second_degree(a: f64, b: f64, c: f64) -> f64 {
+    // In r = t / s: c r^2 + b r + a, whose roots have different signs. The positive one, without cancelling.
+    let root = (b * b - 4.0 * a * c).sqrt();
+    let [above, below] =
+        if (b > 0.0) == (c > 0.0) { [-2.0 * a, b.abs() + root] } else { [b.abs() + root, 2.0 * c] };
+    let (above, below) = (above.abs(), below.abs());
+    above / (above + below)
 }
 
 /// Where a field that has different signs at 0 and 1 is 0, from a guess on: by secants, and by halves where these do
@@ -278,7 +312,7 @@ fn root(field: impl Fn(f64) -> f64, guess: f64) -> f64 {
         }
         let secant = low + (high - low) * (at_low / (at_low - at_high));
         at = if high - low > 0.5 * before { (low + high) / 2.0 } else { secant };
-        if (at - low).min(high - at) < 1e-10 {
+        if (at - low).min(high - at) < 1e-7 {
             break;
         }
     }
