@@ -298,6 +298,12 @@ fn nrrd_is_read_in_all_its_forms() {
     let volume = Volume::read(&written(&scratch, "a.nrrd", &file), None).unwrap();
     assert_eq!(volume.place([1, 1, 1]), DVec3::new(1.5, 3.5, 5.0));
     assert_eq!((volume.unit, volume.samples()), (1e-6, &right[..]));
+    // A space whose axes turn the other way mirrors what is in it: that is told.
+    let left = placed.replace("right-anterior-superior", "left-anterior-superior");
+    let mut file = head("uchar", &left).into_bytes();
+    file.extend(&data);
+    let mirrored = Volume::read(&written(&scratch, "a.nrrd", &file), None).unwrap();
+    assert!(mirrored.notes[0].contains("mirror image") && volume.notes.is_empty());
     // Spacings, and data beside the head, the last bytes of its file.
     let beside = head(
         "uchar",

@@ -229,6 +229,14 @@ pub(super) fn read(path: &Path, bytes: &[u8], component: Option<u32>) -> Result<
     let told = ["content", "space", "type", "encoding"];
     let told = told.iter().filter_map(|name| Some(format!("{name}: {}", head.get(name)?)));
     volume.about.push(told.collect::<Vec<_>>().join(", "));
+    let space_name = head.get("space").unwrap_or_default().to_ascii_lowercase();
+    let is_left = ["left-anterior-superior", "las", "3d-left-handed"];
+    if is_left.iter().any(|name| space_name.trim_end_matches("-time") == *name) {
+        volume.notes.push(format!(
+            "{}: its space, {space_name}, is left-handed: what is shown is its mirror image",
+            path.display()
+        ));
+    }
     if values > 1 && component.is_none() {
         volume.notes.push(format!(
             "{}: each point has {values} values; the first is taken: `component` chooses",
