@@ -11,6 +11,7 @@ use spandrel_engine::render::scanline;
 use spandrel_engine::resolve::lookup::{Brightness, Display};
 use spandrel_engine::scene::read::{self, ReadOptions};
 use spandrel_engine::volume::decimate::decimate;
+use spandrel_engine::volume::surface::{Level, Surface};
 use spandrel_engine::volume::{Inside, Volume, isosurface, measure};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -30,6 +31,7 @@ fn best<T>(mut work: impl FnMut() -> T) -> (f64, T) {
 fn main() {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs/assets/papers");
     lookup(&assets.join("landscape.ron"));
+    entries(&assets.join("head.nrrd"));
     let own = [("ethanol.nrrd", 0.1), ("head.nrrd", 300.0), ("head.nrrd", -300.0)];
     let own = own.map(|(name, level)| (assets.join(name), level));
     let named: Vec<String> = std::env::args().skip(1).collect();
@@ -65,27 +67,37 @@ fn lookup(path: &Path) {
         display.parts().len(),
         changed / 1000.0
     );
-    // With one material there is room for 255 entries: that is the truth for fewer.
-    println!("| entries | RMSE | greatest |\n|---|---|---|");
-    let level = |entries: u32| -> Vec<Option<f64>> {
+}
+
+/// A skull has one material, so that there is room for 255 entries: the truth for fewer.
+fn entries(path: &Path) {
+    let volume = Volume::read(path, None).expect("a volume");
+    let level = Level::new(300.0, Inside::Above, "(color: 1)").expect("a level");
+    let surface = Surface { levels: vec![level], step: 2.0, ..Surface::default() };
+    let scene = Arc::new(surface.scene(&volume, "skull").expect("a scene"));
+    let camera = Camera {
+        position: [0.42, 0.06, 0.62].into(),
+        look_at: [0.0, -0.018, 0.0].into(),
+        field_of_view: 24.0,
+        ..Camera::default()
+    };
+    let view = View::new(&camera, Raster::new(512, 512).expect("a raster")).expect("a view");
+    let plan = LinePlan::new(1, Phase::Centre).expect("one line is a plan");
+    let image = scanline::render(&[scene.into()], &view, plan, 0..512).expect("spans");
+    let levels = |entries: u32| -> Vec<Option<f64>> {
         let display = Display::new(&image, Brightness::Head, Some(entries)).expect("a display");
-        let part_of = |number: usize| {
-            display.parts().iter().find(|p| (p.first..p.first + p.entries).contains(&number))
-        };
-        let step = |number: &u8| {
-            let part = part_of(usize::from(*number))?;
-            Some((f64::from(*number) - part.first as f64 + 0.5) / part.entries as f64)
-        };
+        let step =
+            |number: &u8| (*number > 0).then(|| (f64::from(*number) - 0.5) / f64::from(entries));
         display.numbers().iter().map(step).collect()
     };
-    let most = 255 / display.parts().len() as u32;
-    let truth = level(most);
-    for entries in [4, 16, 64u32.min(most)] {
-        let pairs = level(entries).into_iter().zip(&truth);
-        let off: Vec<f64> = pairs.filter_map(|(a, b)| Some(((a?) - (*b)?).abs())).collect();
+    let truth = levels(255);
+    println!("| entries | RMSE | greatest |\n|---|---|---|");
+    for count in [4, 16, 64] {
+        let pairs = levels(count).into_iter().zip(&truth);
+        let off: Vec<f64> = pairs.filter_map(|(a, b)| Some((a? - (*b)?).abs())).collect();
         let rmse = (off.iter().map(|off| off * off).sum::<f64>() / off.len() as f64).sqrt();
         let greatest = off.iter().copied().fold(0.0, f64::max);
-        println!("| {entries} | {rmse:.4} | {greatest:.4} |");
+        println!("| {count} | {rmse:.4} | {greatest:.4} |");
     }
 }
 

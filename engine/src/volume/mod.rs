@@ -8,8 +8,8 @@
 //! The first bytes say which it is. Coordinates are those of the file until a scene is made: [`Volume::unit`] and
 //! [`Volume::up`] say how.
 //!
-//! Reading path: this file, [`isosurface`] (tetrahedral cells), [`clip`] (planes), [`decimate`] (fewer triangles within
-//! a distance), [`measure`] (area, volume, Euler number),
+//! Reading path: this file, [`mod@isosurface`] (tetrahedral cells), [`clip`] (planes), [`decimate`] (fewer triangles within
+//! a distance), [`mod@measure`] (area, volume, Euler number),
 //! [`surface`] (scenes of several levels).
 
 pub mod clip;
