@@ -62,9 +62,8 @@ fn differing(a: &SpanImage, b: &SpanImage) -> f64 {
             spans[spans.partition_point(|span| span.x <= x) - 1].face
         };
         for pair in borders.windows(2) {
-            let end = pair[1].min(1 << 31);
-            cells +=
-                if seen(a, pair[0]) == seen(b, pair[0]) { 0 } else { u64::from(end - pair[0]) };
+            let differs = seen(a, pair[0]) != seen(b, pair[0]);
+            cells += if differs { u64::from(pair[1] - pair[0]) } else { 0 };
         }
     }
     let all = u64::from(across) * a.lines().range().len() as u64;
