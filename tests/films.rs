@@ -244,6 +244,7 @@ fn parameters_have_types_and_ranges_and_are_set() {
         ("\"x\": Vector(default: (1, 2))", "three numbers"),
         ("\"x\": Text(default: 1)", "a text"),
         ("\"x\": Numbr(default: 1)", "is no kind of parameter"),
+        ("\"x\": (default: 1)", "begins with its kind"),
         ("\"x\": Number(defalt: 1)", "a Number has no `defalt`"),
         ("\"x\": Number()", "needs a `default`"),
         ("\"x\": Flag(default: true, range: (0, 1))", "a Flag has no `range`"),

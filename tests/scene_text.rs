@@ -201,6 +201,11 @@ fn all_faults_of_a_scene_are_told_at_once() {
     // What lacks something that is blamed is not blamed too.
     let (faults, shown) = of_scene(scratch.path(), &object("shape: Box(sise: (1, 2, 3))"));
     assert_eq!(faults.len(), 1, "{shown}");
+    // A number too few is no comma that should be a point.
+    let flat = object("shape: Polygon(outline: [(-2,1), (2,1), (0,3)])");
+    let (faults, shown) = of_scene(scratch.path(), &flat);
+    assert_eq!(faults.len(), 3, "{shown}");
+    assert!(said(&faults).iter().all(|said| said.contains("found 2")), "{shown}");
 }
 
 #[test]
