@@ -96,8 +96,7 @@ const LEAST_TESTS: u32 = 16_384;
 /// Where on its share of a line a ray goes, in [0, 1): another place on each line of a row.
 fn place(line: u32) -> f64 {
     // Van der Corput's sequence, from the middle on.
-    let bits = f64::from((line + 1).reverse_bits()) / 4_294_967_296.0;
-    bits.fract()
+    f64::from((line + 1).reverse_bits()) / 4_294_967_296.0
 }
 
 struct Rays<'f> {

@@ -171,7 +171,8 @@ impl Display {
         if is_there {
             return Ok(());
         }
-        let names = || self.parts.iter().map(|part| part.name.as_str());
+        let faces = || self.parts.iter().filter(|part| !part.is_edge);
+        let names = || faces().map(|part| part.name.as_str());
         let near = nearest(name, names());
         let cure = near.map_or_else(
             || {
@@ -342,11 +343,7 @@ fn spots(
         let colors = fragments.color.clone();
         let bright: Vec<f32> = match by {
             Brightness::Head => { 0..places.len() }
-                .map(|i| {
-                    let to_eye = fragments.to_eye(i);
-                    let normal: DVec3 = fragments.normal[i].as_dvec3();
-                    (normal.dot(to_eye) / to_eye.length()).abs() as f32
-                })
+                .map(|i| fragments.normal[i].as_dvec3().dot(fragments.to_eye(i)).abs() as f32)
                 .collect(),
             Brightness::Shaded => {
                 source.shade(&mut fragments, &Anywhere);

@@ -7,6 +7,7 @@
 
 use flate2::read::MultiGzDecoder;
 use glam::{DMat3, DVec3};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
@@ -344,8 +345,8 @@ fn numbers(head: &Head<'_>, bytes: &[u8], data: usize, all: usize) -> Result<Vec
     let of = Type::of(name);
     let of =
         of.ok_or_else(|| head.fault("type", format!("numbers of type {name:?} are not read")))?;
-    let (path, bytes) = match head.get("datafile").or(head.get("data file")) {
-        None => (head.path.to_owned(), bytes.get(data..).unwrap_or(&[]).to_vec()),
+    let (path, bytes) = match head.get("datafile") {
+        None => (head.path.to_owned(), Cow::Borrowed(bytes.get(data..).unwrap_or(&[]))),
         Some(name) if name.starts_with("LIST") || name.contains('%') => {
             return Err(
                 head.fault("datafile", "data in several files is not read: join them first")
@@ -354,7 +355,7 @@ fn numbers(head: &Head<'_>, bytes: &[u8], data: usize, all: usize) -> Result<Vec
         Some(name) => {
             let path = head.path.parent().unwrap_or(Path::new("")).join(name);
             let bytes = open::bytes(&path)?;
-            (path, bytes)
+            (path, Cow::Owned(bytes))
         }
     };
     let mut rest = &bytes[..];

@@ -38,8 +38,9 @@ impl Volume {
             now[axis] = counts[axis];
         }
         let volume = Volume::new(counts, self.origin, steps, samples)?;
-        let Volume { unit, up, unit_name, about, notes, .. } = self.clone();
-        Ok(Volume { unit, up, unit_name, about, notes, ..volume })
+        let (unit_name, about, notes) =
+            (self.unit_name.clone(), self.about.clone(), self.notes.clone());
+        Ok(Volume { unit: self.unit, up: self.up, unit_name, about, notes, ..volume })
     }
 }
 

@@ -123,9 +123,11 @@ impl Surface {
     /// If a number is out of range, or a surface has too many vertices.
     pub fn meshes(&self, volume: &Volume) -> Result<Vec<Mesh>> {
         self.check().map_err(|(field, what)| Error::invalid(format!("`{field}`: {what}")))?;
-        let volume = volume.resampled(self.step)?;
+        // Samples that stay are not copied.
+        let other = (self.step != 1.0).then(|| volume.resampled(self.step)).transpose()?;
+        let volume = other.as_ref().unwrap_or(volume);
         let mesh = |level: &Level| {
-            let mut mesh = isosurface(&volume, level.value, level.inside)?;
+            let mut mesh = isosurface(volume, level.value, level.inside)?;
             if let Some(error) = self.error {
                 mesh = decimate(&mesh, error)?;
             }
