@@ -225,6 +225,34 @@ fn what_is_damaged_is_made_again_and_told() {
     assert_eq!((nodes(&third)[1].clone(), warnings), (vec!["picture"], vec![]));
 }
 
+/// What was said while a value was made is said again where it is found: of the picture, and of all that it was made of.
+#[test]
+fn warnings_are_stored_with_what_they_are_of() {
+    let scratch = folder("cached-warnings");
+    // A camera that looks away, and a sun below the ground.
+    let text = NODES.replace("look_at: (0, 1, 0)", "look_at: (0, 9, 90)");
+    let text = text.replace("direction: (-1, -2, -1)", "direction: (-1, 2, -1)");
+    let before = graph(scratch.path(), &text);
+    let sorted = |(_, mut warnings): (Evaluated, Vec<String>)| {
+        warnings.sort_unstable();
+        warnings
+    };
+    let run = run_of(scratch.path(), "a");
+    let first = sorted(evaluate(&run, &before, &Override::default()));
+    assert!(first.iter().any(|said| said.starts_with("land: the camera sees none")), "{first:?}");
+    assert_eq!(first.len(), 2, "{first:?}");
+    // In the same process, from another's, and where only a part is found.
+    assert_eq!(sorted(evaluate(&run, &before, &Override::default())), first);
+    let again = evaluate(&run_of(scratch.path(), "a"), &before, &Override::default());
+    assert_eq!(nodes(&again.0)[1], ["picture"]);
+    assert_eq!(sorted(again), first);
+    // Two nodes and the picture's warnings under the names that they have in another graph.
+    let renamed = graph(scratch.path(), &text.replace("\"land\"", "\"soil\""));
+    let other = sorted(evaluate(&run_of(scratch.path(), "a"), &renamed, &Override::default()));
+    assert_eq!(other.len(), first.len(), "{other:?}");
+    assert!(other.iter().all(|said| !said.starts_with("land:")), "{other:?}");
+}
+
 #[test]
 fn the_command_line_shares_a_folder() {
     let scratch = folder("cached-program");

@@ -92,6 +92,72 @@ fn a_draft_takes_the_fast_end_of_every_dial() {
     assert!(!told.contains("picture.lines") && told.contains("lit.shadows=Off"), "{told}");
 }
 
+/// What the author of a graph chooses for drafts goes before the fast end of fields, and the user before both. A field
+/// is as fast as it can be beyond the fast end too, on whichever side that is.
+#[test]
+fn a_parameter_says_its_draft() {
+    let scratch = Scratch::new("draft_parameter");
+    let folder = scratch.path();
+    std::fs::write(folder.join("yard.ron"), SCENE).unwrap();
+    let graph =
+        GRAPH.replace("EYE", "0").replace("lines: Sloped(4)", "lines: Ref(\"lines\")").replace(
+            "Graph(",
+            "Graph(parameters: {
+            \"who\": Choice(default: \"cast\", of: [\"cast\", \"seen\"], draft: \"seen\"),
+            \"lines\": Value(default: Sloped(4), draft: Sampled(2, Box)),
+            \"apart\": Number(default: 1, range: (0, 5), draft: 1.0),
+        },",
+        );
+    let graph = graph.replace("image: \"seen\"", "image: Ref(\"who\")").replace(
+        "\"picture\":",
+        "\"cast\": RayTracing(scene: \"yard.ron\", camera: \"eye\", rays: 2), \"picture\":",
+    );
+    let write = |text: &str| std::fs::write(folder.join("graph.ron"), text).unwrap();
+    let render = |arguments: &[&str]| {
+        let all: Vec<&str> = ["render", "graph.ron"].iter().chain(arguments).copied().collect();
+        let ran = run(PROGRAM, &all, folder);
+        (ran.code, ran.out + &ran.err)
+    };
+    write(&graph);
+    let (code, told) = render(&["--draft"]);
+    let draft = "draft: who=\"seen\", lines=Sampled(2, Box), cast.rays=1, picture.textures=Nearest, picture.samples=1, \
+                 --scale 0.5";
+    assert!(code == Some(0) && told.contains(draft), "{told}");
+    let (code, told) =
+        render(&["--draft", "--set", "who=cast", "--set", "picture.lines=Sloped(2)"]);
+    assert!(code == Some(0), "{told}");
+    assert!(!told.contains("who=") && told.contains("lines=Sampled(2, Box)"), "{told}");
+    // Both are checked as defaults are.
+    for (was, is, says) in [
+        ("draft: \"seen\"", "draft: \"sen\"", "\"who\" is one of \"cast\", \"seen\""),
+        ("draft: 1.0", "draft: 9", "\"apart\" is 9: it goes from 0 to 5"),
+    ] {
+        write(&graph.replace(was, is));
+        let (code, told) = render(&[]);
+        assert!(code != Some(0) && told.contains(says), "{told}");
+        let at =
+            format!("graph.ron:{}", graph.lines().position(|line| line.contains(was)).unwrap() + 1);
+        assert!(told.contains(&at), "{told}");
+    }
+    // More than the fast end is as fast.
+    let volume =
+        "NRRD0004\ntype: float\ndimension: 3\nsizes: 2 2 2\nencoding: text\n\n0 0 0 0 1 1 1 1\n";
+    std::fs::write(folder.join("v.nrrd"), volume).unwrap();
+    for (step, told_of) in [("1", true), ("8", false)] {
+        write(&format!(
+            r#"Graph(nodes: {{
+                "eye": Camera(),
+                "half": Isosurface(volume: "v.nrrd", levels: [(value: 0.5)], step: {step}),
+                "seen": Scanline(scene: "half", camera: "eye"),
+                "picture": Resolve(image: "seen", size: (8, 8)),
+            }})"#
+        ));
+        let (_, told) = render(&["--draft", "-w", "picture", "-o", "a.png"]);
+        assert_eq!(told.contains("half.step=4"), told_of, "{told}");
+        assert!(told.contains("draft: "), "{told}");
+    }
+}
+
 #[test]
 fn a_pixel_tells_what_is_seen_in_it() {
     let scratch = Scratch::new("picked");

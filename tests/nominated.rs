@@ -207,50 +207,95 @@ fn a_town_is_found_by_a_ray_a_pixel() {
     }
 }
 
-/// The renderer is a parameter of a graph: the same file from all three, bit for bit.
+/// A scene with lists of cameras and lights, and objects that show everything, faces alone, and nothing; among them
+/// holes, seals, drawn edges, a cut-out, glass, faces that cross, and a copy of an object.
+const SHARED: &str = r##"Scene(
+    materials: {
+        "wall": (color: "#b0a090"), "mark": (color: "#a03020"), "line": (color: "#102030"),
+        "glass": (color: "#80a0c0", alpha: 0.4, alpha_mode: Blend),
+    },
+    plans: [(
+        name: "p",
+        cameras: {
+            "front": (position: (3, 4, 9), look_at: (0, 0.5, 0)),
+            "flat": (position: (3, 4, 9), look_at: (0, 0.5, 0), parallel_height: 5, roll: 20),
+            "sliced": (position: (3, 4, 9), look_at: (0, 0.5, 0), front: 9.2, back: 10.9),
+            "cornered": (position: (3, 4, 9), look_at: (0, 0.5, 0), viewport: (0.1, 0.3, 0.7, 0.9), shift: (0.1, 0.2)),
+        },
+        lights: {
+            "sun": ParallelLight(direction: (-1, -2, -1), illuminance: 0.8),
+            "lamp": PointLight(position: (1, 3, 3), intensity: 6),
+            "off": PointLight(position: (-1, 3, 3), intensity: 60, on: false),
+        },
+        definitions: { "block": (shape: Box(size: (0.5, 0.7, 0.5)), material: "mark") },
+        root: (children: [
+            (name: "box", material: "wall", transform: [TurnY(30)], shape: Box(size: (2, 1, 2))),
+            (name: "ball", material: "wall", transform: [Move(0, 1.5, 1)], shape: Sphere(radius: 0.8, segments: 12)),
+            (name: "pane", material: "glass", transform: [Move(0, 0, 2)], shape: Box(size: (3, 2, 0.1))),
+            (name: "copy", transform: [Move(1.3, 0.2, 1.2), TurnZ(20)], shape: Instance("block")),
+            (name: "sheet", DISPLAY transform: [Move(-1.2, 0, 1.5), TurnY(-20)], shape: Faces(
+                materials: ["wall", "mark", "line"],
+                points: [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (-0.7, -0.6, 0), (-0.1, -0.6, 0), (-0.1, 0.6, 0),
+                         (-0.7, 0.6, 0), (0.2, -0.5, 0), (0.8, -0.5, 0), (0.8, 0.5, 0), (0.2, 0.5, 0)],
+                faces: [(outline: [0, 1, 2, 3], holes: [[4, 5, 6, 7]], sides: (front: 0),
+                    edge: (width: 1.5, color: "#102030"),
+                    seals: [(outline: [8, 9, 10, 11], sides: (front: 1), edge: (width: 1, color: "#e0e0e0"))])],
+            )),
+        ]),
+    )],
+)"##;
+
+const CHOICE: &str = r#"Graph(
+    parameters: { "renderer": Choice(default: "scanned", of: ["scanned", "listed", "cast", "few"], doc: "Which") },
+    nodes: {
+        "eye": SceneCamera(scene: "scene.ron", name: "CAMERA"),
+        "tree": BspTree(scene: "scene.ron"),
+        "listed": ListPriority(tree: "tree", camera: "eye"),
+        "scanned": Scanline(scene: "scene.ron", camera: "eye"),
+        "cast": RayTracing(scene: "scene.ron", camera: "eye", rays: 64),
+        "few": RayTracing(scene: "scene.ron", camera: "eye", refine: false),
+        "lamps": SceneLights(scene: "scene.ron"),
+        "lit": Illuminate(image: Ref("renderer"), lights: ["lamps"], shadows: Rays(1), white: 1),
+        "picture": Resolve(image: "lit", size: (96, 64), lines: Sampled(4, Box)),
+    },
+)"#;
+
+/// The renderer is a parameter of a graph: the same file from all three, bit for bit, from each camera of the scene's
+/// list (perspective, parallel, between planes, in a part of the picture), in the light of its list, whatever of an
+/// object is displayed.
 #[test]
 fn a_graph_chooses_its_renderer() {
     let scratch = Scratch::new("nominated_graph");
     let write = |name: &str, text: &str| std::fs::write(scratch.path().join(name), text).unwrap();
-    write(
-        "scene.ron",
-        r##"Scene(
-            materials: { "glass": (color: "#80a0c0", alpha: 0.4, alpha_mode: Blend) },
-            plans: [(name: "p",
-                cameras: { "front": (position: (3, 4, 9), look_at: (0, 0.5, 0)) },
-                root: (children: [
-                    (name: "box", transform: [TurnY(30)], shape: Box(size: (2, 1, 2))),
-                    (name: "ball", transform: [Move(0, 1.5, 1)], shape: Sphere(radius: 0.8, segments: 12)),
-                    (name: "pane", material: "glass", transform: [Move(0, 0, 2)], shape: Box(size: (3, 2, 0.1))),
-                ]))],
-        )"##,
-    );
-    write(
-        "graph.ron",
-        r#"Graph(
-            parameters: { "renderer": Choice(default: "scanned", of: ["scanned", "listed", "cast", "few"], doc: "Which") },
-            nodes: {
-                "eye": SceneCamera(scene: "scene.ron", name: "front"),
-                "tree": BspTree(scene: "scene.ron"),
-                "listed": ListPriority(tree: "tree", camera: "eye"),
-                "scanned": Scanline(scene: "scene.ron", camera: "eye"),
-                "cast": RayTracing(scene: "scene.ron", camera: "eye", rays: 64),
-                "few": RayTracing(scene: "scene.ron", camera: "eye", refine: false),
-                "picture": Resolve(image: Ref("renderer"), size: (96, 64), lines: Sampled(4, Box)),
-            },
-        )"#,
-    );
     let program = env!("CARGO_BIN_EXE_spandrel-under-test");
-    let made = ["scanned", "listed", "cast", "few"].map(|renderer| {
-        let (out, set) = (format!("{renderer}.exr"), format!("renderer={renderer:?}"));
+    let made = |renderer: &str| {
+        let (out, set) = (format!("{renderer}.exr"), format!("renderer={renderer}"));
         let arguments = ["render", "graph.ron", "-w", "picture", "-o", &out, "--set", &set];
         let ran = spandrel_tests::program::run(program, &arguments, scratch.path());
         assert_eq!(ran.code, Some(0), "{}", ran.err);
         assert!(!ran.err.contains("no ray met"), "{}", ran.err);
         std::fs::read(scratch.path().join(&out)).unwrap()
-    });
-    assert!(made[0] == made[1] && made[0] == made[2]);
-    assert!(made[0] != made[3]);
+    };
+    let mut all = Vec::new();
+    for (camera, display) in [
+        ("front", ""),
+        ("flat", ""),
+        ("sliced", ""),
+        ("cornered", ""),
+        ("front", "display: FacesOnly,"),
+        ("front", "display: Hidden,"),
+    ] {
+        write("scene.ron", &SHARED.replace("DISPLAY", display));
+        write("graph.ron", &CHOICE.replace("CAMERA", camera));
+        let scanned = made("scanned");
+        assert!(scanned == made("listed"), "{camera} {display}: by the tree");
+        assert!(scanned == made("cast"), "{camera} {display}: by rays");
+        all.push(scanned);
+    }
+    assert!(made("few") != all[5], "plain samples are another picture");
+    // Each camera and each display shows something else.
+    let different: std::collections::HashSet<&Vec<u8>> = all.iter().collect();
+    assert_eq!(different.len(), all.len());
 }
 
 /// Who misses much says so: thousands of faces smaller than a pixel.
@@ -268,8 +313,12 @@ fn what_is_missed_is_a_warning() {
     );
     std::fs::write(scratch.path().join("g.ron"), text).unwrap();
     let program = env!("CARGO_BIN_EXE_spandrel-under-test");
-    let arguments = ["render", "g.ron", "-w", "picture", "-o", "p.png"];
-    let ran = spandrel_tests::program::run(program, &arguments, scratch.path());
-    assert_eq!(ran.code, Some(0), "{}", ran.err);
-    assert!(ran.err.contains("faces that no ray met are seen in"), "{}", ran.err);
+    // From the disk too: the picture as a whole, and its spans for another picture.
+    let first = ["render", "g.ron", "-w", "picture", "-o", "p.png", "--cache", "cache"];
+    let other = [&first[..], &["--set", "picture.scale=(2, 2)"]].concat();
+    for arguments in [&first[..], &first, &other] {
+        let ran = spandrel_tests::program::run(program, arguments, scratch.path());
+        assert_eq!(ran.code, Some(0), "{}", ran.err);
+        assert!(ran.err.contains("faces that no ray met are seen in"), "{}", ran.err);
+    }
 }

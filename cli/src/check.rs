@@ -95,13 +95,16 @@ pub(crate) fn read(
 
 /// A parameter in a line.
 fn described(parameter: &ParameterInfo) -> String {
-    let ParameterInfo { name, kind, value, range, choices, doc } = parameter;
+    let ParameterInfo { name, kind, value, range, choices, draft, doc } = parameter;
     let mut line = format!("  {name}: {kind}, {value}");
     if let Some((low, high)) = range {
         line += &format!(" ({low} to {high})");
     }
     if !choices.is_empty() {
         line += &format!(" (of {})", choices.join(", "));
+    }
+    if let Some(draft) = draft {
+        line += &format!(" (draft: {draft})");
     }
     if !doc.is_empty() {
         line += &format!(": {doc}");
@@ -137,9 +140,16 @@ pub(crate) fn set<'s>(
 
 /// The value of a parameter, in the quotes that shells take.
 fn quoted(document: &Document, name: &str, value: &str) -> String {
-    let kind = document.parameters.iter().find(|raw| raw.id == name).map(|raw| raw.kind.as_str());
+    let raw = document.parameters.iter().find(|raw| raw.id == name);
+    let kind = raw.map(|raw| raw.kind.as_str());
     let is_moving = ["Curve(", "Expr(", "Ref("].iter().any(|moving| value.starts_with(moving));
-    let is_text = kind == Some("Text") || kind == Some("Color") && value.starts_with('#');
+    let choices = || raw.and_then(|raw| raw.parsed::<Vec<String>>("of")).unwrap_or_default();
+    let is_text = match kind {
+        Some("Text") => true,
+        Some("Color") => value.starts_with('#'),
+        Some("Choice") => choices().iter().any(|choice| choice == value),
+        _ => false,
+    };
     match is_text && !value.starts_with('"') && !is_moving {
         true => format!("{value:?}"),
         false => value.to_owned(),

@@ -1,7 +1,8 @@
 //! What a node asks of its inputs, and what it gets of them.
 
+use serde::{Deserialize, Serialize};
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use super::checked::Graph;
@@ -79,16 +80,18 @@ pub struct Inputs<'a> {
     pub(super) watch: &'a Watch,
     /// Where results are stored, and the key of what is being made.
     pub(super) stored: Option<(&'a Stored, Key)>,
-    pub(super) tell: &'a (dyn Fn(Remark<'_>) + Sync),
+    pub(super) tell: &'a (dyn Fn(&Remark) + Sync),
+    /// What the node said so far.
+    pub(super) said: Mutex<Vec<Remark>>,
 }
 
 /// What a node says of its work.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Remark<'t> {
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub(super) enum Remark {
     /// Something that is worth knowing.
-    Note(&'t str),
+    Note(String),
     /// Something doubtful.
-    Warning(&'t str),
+    Warning(String),
 }
 
 impl Inputs<'_> {
@@ -118,7 +121,7 @@ impl Inputs<'_> {
 
     /// What takes long of a node's work: from where results are stored, if it is there, or made and stored. It depends
     /// on nothing but the node's fields, what it was asked, and its inputs. `unpack` refuses bytes that are none of
-    /// its.
+    /// its. What `make` says is said again when the bytes are found.
     ///
     /// # Errors
     /// If it cannot be made.
@@ -129,29 +132,42 @@ impl Inputs<'_> {
         pack: impl FnOnce(&T) -> Vec<u8>,
     ) -> Result<T> {
         let Some((stored, key)) = self.stored else { return make() };
-        if let Some(bytes) = stored.bytes(key, self.tell) {
+        if let Some((bytes, said)) = stored.part(key, self.tell) {
             if let Some(known) = unpack(&bytes) {
+                said.into_iter().for_each(|remark| self.say(remark));
                 return Ok(known);
             }
             stored.refuse(key);
         }
-        let clock = Instant::now();
+        let (clock, before) = (Instant::now(), self.said().len());
         let made = make()?;
         // What was made while it was to stop may be half done.
         if !self.watch.is_stopped() {
-            stored.put(key, clock.elapsed().as_secs_f64(), &pack(&made), self.tell);
+            let said = self.said()[before..].to_vec();
+            let seconds = clock.elapsed().as_secs_f64();
+            stored.put_part(key, seconds, (&pack(&made), &said), self.tell);
         }
         Ok(made)
     }
 
     /// Tells the user what was done that is worth knowing, such as that colours were converted.
     pub fn note(&self, message: &str) {
-        (self.tell)(Remark::Note(message));
+        self.say(Remark::Note(message.to_owned()));
     }
 
     /// Tells the user of something doubtful, which is mostly a mistake.
     pub fn warn(&self, message: &str) {
-        (self.tell)(Remark::Warning(message));
+        self.say(Remark::Warning(message.to_owned()));
+    }
+
+    fn say(&self, remark: Remark) {
+        (self.tell)(&remark);
+        self.said().push(remark);
+    }
+
+    /// What the node said so far.
+    pub(super) fn said(&self) -> MutexGuard<'_, Vec<Remark>> {
+        self.said.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whoever waits for the value: [begin](Watch::begin) and count [steps](Watch::step) of what takes long, and

@@ -17,7 +17,7 @@ use super::checked::{Checked, Graph};
 use super::demand::{Failure, Schedule, Task};
 use super::link::Slot;
 use super::report::{Evaluated, NodeReport, Outcome, Progress};
-use super::stored::{Files, Stored};
+use super::stored::{Past, Stored};
 use super::value::AnyValue;
 use crate::cache::{self, Cache, Kept, Shelf};
 use crate::error::{Error, Result};
@@ -40,7 +40,7 @@ pub struct Run {
 /// A value that was made: what it depends on beside its key, and what it cost.
 struct Made {
     value: AnyValue,
-    files: Files,
+    past: Past,
     seconds: f64,
 }
 
@@ -148,7 +148,7 @@ impl Run {
     fn kept(&self, key: Key) -> Option<Arc<Made>> {
         let made: Arc<Made> = self.kept.get(key, 0)?.downcast().ok()?;
         let is_same = |(path, was): (&PathBuf, &Option<Key>)| open::contents(path) == *was;
-        if made.files.iter().all(is_same) {
+        if made.past.files.iter().all(is_same) {
             return Some(made);
         }
         self.kept.remove(key, 0);
@@ -161,23 +161,23 @@ struct Holding {
     value: AnyValue,
     /// What it was asked under, and what is kept of it; none if it was passed on.
     made: Option<(Key, Arc<Made>)>,
-    /// All files that it was made of, by itself and by what it is made of.
-    files: Arc<Files>,
+    /// All that it was made of, by itself and by what it is made of.
+    past: Arc<Past>,
 }
 
 impl Holding {
-    /// A value that was made, in use; `below` are the files of what it is made of.
-    fn of(key: Key, made: Arc<Made>, below: &Files, cache: &Arc<Cache>) -> Holding {
-        let mut files = below.clone();
-        files.extend(made.files.iter().map(|(path, contents)| (path.clone(), *contents)));
+    /// A value that was made, in use; `below` is the past of what it is made of.
+    fn of(key: Key, made: Arc<Made>, below: &Past, cache: &Arc<Cache>) -> Holding {
+        let mut past = below.clone();
+        past.add(&made.past);
         let value = made.value.clone().used(cache);
-        Holding { value, made: Some((key, made)), files: Arc::new(files) }
+        Holding { value, made: Some((key, made)), past: Arc::new(past) }
     }
 
     /// The same value for another.
     fn again(&self) -> Holding {
-        let Holding { value, made, files } = self;
-        Holding { value: value.clone(), made: made.clone(), files: files.clone() }
+        let Holding { value, made, past } = self;
+        Holding { value: value.clone(), made: made.clone(), past: past.clone() }
     }
 }
 
@@ -238,6 +238,7 @@ impl<'a> Evaluation<'a> {
             let stored = self.stored(at);
             let is_stored = stored.is_some();
             if let Some(held) = stored {
+                self.say_again(at, &held);
                 self.tell(at, &held, Outcome::Stored);
                 self.state().held[at] = Some(held);
                 continue;
@@ -284,13 +285,13 @@ impl<'a> Evaluation<'a> {
         let task = &self.schedule.tasks[at];
         let (stored, packing) = (self.run.stored.as_ref()?, task.checked.kind.packing?);
         let recipe = self.recipes[at]?;
-        let tell = |remark: Remark<'_>| self.remark(&task.checked.id, remark);
+        let tell = |remark: &Remark| self.remark(&task.checked.id, remark);
         let folder = self.graph.directory();
         let clock = Instant::now();
-        let (value, files) = stored.value(recipe, packing, folder, &tell)?;
+        let (value, past) = stored.value(recipe, packing, folder, &tell)?;
         let seconds = clock.elapsed().as_secs_f64();
-        let made = Arc::new(Made { value, files, seconds });
-        Some(Holding::of(recipe, made, &Files::new(), &self.run.cache))
+        let made = Arc::new(Made { value, past, seconds });
+        Some(Holding::of(recipe, made, &Past::default(), &self.run.cache))
     }
 
     fn spawn<'s>(&'s self, scope: &rayon::Scope<'s>, at: usize)
@@ -313,7 +314,7 @@ impl<'a> Evaluation<'a> {
         let task = &self.schedule.tasks[at];
         let node = &*task.checked;
         let mut values = Vec::new();
-        let mut below = Files::new();
+        let mut below = Past::default();
         {
             let state = self.state();
             if state.failure.is_some() {
@@ -322,7 +323,7 @@ impl<'a> Evaluation<'a> {
             for (link, input) in &task.inputs {
                 let held = state.held[*input].as_ref().expect("a task starts after its inputs");
                 values.push((*link, held.value.clone()));
-                below.extend(held.files.iter().map(|(path, contents)| (path.clone(), *contents)));
+                below.add(&held.past);
             }
         }
         if self.run.stop.load(Ordering::Relaxed) {
@@ -330,7 +331,7 @@ impl<'a> Evaluation<'a> {
         }
         if let Some(slot) = task.passes {
             let value = values.swap_remove(slot).1;
-            let held = Holding { value, made: None, files: Arc::new(below) };
+            let held = Holding { value, made: None, past: Arc::new(below) };
             return self.finish(scope, at, held, Outcome::Passed);
         }
         let keys = values.iter().map(|(_, value)| value.key.expect("every value has a key"));
@@ -339,7 +340,10 @@ impl<'a> Evaluation<'a> {
             Err(error) => return self.fail(at, error),
         };
         match self.begin(key, at, &below) {
-            Start::Known(held) => return self.finish(scope, at, held, Outcome::Known),
+            Start::Known(held) => {
+                self.say_again(at, &held);
+                return self.finish(scope, at, held, Outcome::Known);
+            }
             Start::Waits => return,
             Start::Computes => {}
         }
@@ -374,11 +378,12 @@ impl<'a> Evaluation<'a> {
     ) -> Result<Made> {
         let watch = Watch::together(&self.run.stop, &self.run.before);
         self.progress.started(&node.id, &watch);
-        let tell = |remark: Remark<'_>| self.remark(&node.id, remark);
+        let tell = |remark: &Remark| self.remark(&node.id, remark);
         let directory = self.graph.directory();
         let moment = node.moves.then_some(task.moment);
         let stored = self.run.stored.as_ref().map(|stored| (stored, key));
-        let inputs = Inputs { values, directory, moment, watch: &watch, stored, tell: &tell };
+        let said = Mutex::default();
+        let inputs = Inputs { values, directory, moment, watch: &watch, stored, tell: &tell, said };
         let clock = Instant::now();
         let made = watch
             .run(|| catch_unwind(AssertUnwindSafe(|| node.node.evaluate(&*task.demand, &inputs))));
@@ -391,6 +396,8 @@ impl<'a> Evaluation<'a> {
         value.facts.extend(watch.counts());
         // Those that were read on the way, beside the ones that the node names.
         let files = watch.files();
+        let said = std::mem::take(&mut *inputs.said());
+        let said = said.into_iter().map(|remark| (node.id.clone(), remark)).collect();
         value.key.get_or_insert_with(|| {
             let mut whole = KeyHasher::new("made");
             whole.key(key);
@@ -399,11 +406,22 @@ impl<'a> Evaluation<'a> {
             });
             whole.finish()
         });
-        Ok(Made { value, files, seconds })
+        Ok(Made { value, past: Past { files, said }, seconds })
+    }
+
+    /// Says again what was said while a value was made that is found.
+    fn say_again(&self, at: usize, held: &Holding) {
+        let Some((_, made)) = &held.made else { return };
+        for (node, remark) in &made.past.said {
+            // Another graph may call what made it by another name.
+            let is_known = self.graph.names.contains_key(node);
+            let own = &self.schedule.tasks[at].checked.id;
+            self.remark(if is_known { node } else { own }, remark);
+        }
     }
 
     /// Passes on what is said of a node.
-    fn remark(&self, node: &str, remark: Remark<'_>) {
+    fn remark(&self, node: &str, remark: &Remark) {
         match remark {
             Remark::Note(message) => self.progress.noted(node, message),
             Remark::Warning(message) => self.progress.warned(node, message),
@@ -417,13 +435,13 @@ impl<'a> Evaluation<'a> {
             return;
         };
         let (Some(recipe), Some((_, made))) = (self.recipes[at], &held.made) else { return };
-        let tell = |remark: Remark<'_>| self.remark(&task.checked.id, remark);
-        let files = (&*held.files, self.graph.directory());
-        stored.put_value(recipe, (&made.value, packing), files, made.seconds, &tell);
+        let tell = |remark: &Remark| self.remark(&task.checked.id, remark);
+        let past = (&*held.past, self.graph.directory());
+        stored.put_value(recipe, (&made.value, packing), past, made.seconds, &tell);
     }
 
     /// Decides, in one step for all threads, how a task gets its value.
-    fn begin(&self, key: Key, at: usize, below: &Files) -> Start {
+    fn begin(&self, key: Key, at: usize, below: &Past) -> Start {
         let mut state = self.state();
         let State { busy, held, .. } = &mut *state;
         // Two nodes of one content: the first computes it, and others take its value or wait.

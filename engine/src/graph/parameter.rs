@@ -3,7 +3,7 @@
 //! ```ron
 //! parameters: {
 //!     "haze":  Number(default: 0.02, range: (0, 1), doc: "Fog in the valley, per metre"),
-//!     "look":  Choice(default: Sloped(8), of: [Sampled(1, Box), Sloped(8)], doc: "Draft or final"),
+//!     "look":  Choice(default: Sloped(8), of: [Sampled(1, Box), Sloped(8)], draft: Sampled(1, Box), doc: "How fine"),
 //! }
 //! ```
 
@@ -28,6 +28,8 @@ pub struct ParameterInfo {
     pub range: Option<(f64, f64)>,
     /// What a choice may be.
     pub choices: Vec<String>,
+    /// Its value in drafts, as a graph has it.
+    pub draft: Option<String>,
     /// What it does.
     pub doc: String,
 }
@@ -44,7 +46,7 @@ const KINDS: [(&str, &str); 8] = [
     ("Value", "whatever the fields take that name it"),
 ];
 
-const FIELDS: [&str; 4] = ["default", "range", "of", "doc"];
+const FIELDS: [&str; 5] = ["default", "range", "of", "draft", "doc"];
 
 /// Reads a parameter as it is at a moment.
 ///
@@ -73,7 +75,7 @@ pub(super) fn check(raw: &RawNode) -> Result<ParameterInfo, Vec<Diagnostic>> {
         };
         if !belongs {
             let message = format!(
-                "a {kind} has no `{name}`: `default`, `doc`, `range` of numbers, `of` of a Choice"
+                "a {kind} has no `{name}`: `default`, `draft`, `doc`, `range` of numbers, `of` of a Choice"
             );
             return Err(fault(name, message));
         }
@@ -108,35 +110,44 @@ pub(super) fn check(raw: &RawNode) -> Result<ParameterInfo, Vec<Diagnostic>> {
     if *kind == "Choice" && choices.is_empty() {
         return Err(fault("of", "a Choice needs `of`: a list of what it may be".to_owned()));
     }
-    let is = match *kind {
-        "Number" => reads::<f64>(&value),
-        "Whole" => reads::<i64>(&value),
-        "Vector" => reads::<[f64; 3]>(&value),
-        "Color" => reads::<Color>(&value),
-        "Text" => reads::<String>(&value),
-        "Flag" => reads::<bool>(&value),
-        "Choice" => choices.iter().any(|choice| bare(choice) == bare(&value)),
+    let draft = raw.value("draft").map(str::to_owned);
+    for (field, value) in [("default", Some(&value)), ("draft", draft.as_ref())] {
+        let fits = value.map_or(Ok(()), |value| fits((kind, what), value, &choices, range));
+        fits.map_err(|what| fault(field, format!("\"{}\" is {what}", raw.id)))?;
+    }
+    let name = raw.id.clone();
+    Ok(ParameterInfo { name, kind: (*kind).to_owned(), value, range, choices, draft, doc })
+}
+
+/// Whether a parameter may have a value; if not, what it is.
+fn fits(
+    (kind, what): (&str, &str),
+    value: &str,
+    choices: &[String],
+    range: Option<(f64, f64)>,
+) -> Result<(), String> {
+    let is = match kind {
+        "Number" => reads::<f64>(value),
+        "Whole" => reads::<i64>(value),
+        "Vector" => reads::<[f64; 3]>(value),
+        "Color" => reads::<Color>(value),
+        "Text" => reads::<String>(value),
+        "Flag" => reads::<bool>(value),
+        "Choice" => choices.iter().any(|choice| bare(choice) == bare(value)),
         _ => true,
     };
-    let name = &raw.id;
     if !is {
-        let what = if *kind == "Choice" {
-            format!("one of {}", choices.join(", "))
-        } else {
-            (*what).to_owned()
-        };
-        return Err(fault("default", format!("\"{name}\" is {what}")));
+        return Err(match kind {
+            "Choice" => format!("one of {}", choices.join(", ")),
+            _ => what.to_owned(),
+        });
     }
-    if let Some((low, high)) = range
-        && let Ok(number) = options().from_str::<f64>(&value)
-        && !(low..=high).contains(&number)
-    {
-        return Err(fault(
-            "default",
-            format!("\"{name}\" is {number}: it goes from {low} to {high}"),
-        ));
+    match (range, options().from_str::<f64>(value)) {
+        (Some((low, high)), Ok(number)) if !(low..=high).contains(&number) => {
+            Err(format!("{number}: it goes from {low} to {high}"))
+        }
+        _ => Ok(()),
     }
-    Ok(ParameterInfo { name: name.clone(), kind: (*kind).to_owned(), value, range, choices, doc })
 }
 
 fn reads<T: DeserializeOwned>(text: &str) -> bool {
