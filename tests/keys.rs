@@ -67,6 +67,7 @@ const ALL: &str = r##"Graph(nodes: {
     "moved": Transform(image: "solid"),
     "scaled": DepthScale(image: "solid"),
     "graded": Recolor(image: "solid"),
+    "displayed": Display(image: "graded"),
     "painted": RecolorFrom(image: "solid", picture: "photo"),
     "program": Stream(image: "solid", code: "color = color * 0.5;"),
     "picture": Resolve(image: "lit", size: (24, 16), lines: Sloped(2)),
@@ -234,7 +235,10 @@ fn others(kind: &str, field: &str, is: &str, default: Option<&str>) -> Vec<Strin
         ("Camera", "viewport") => &["(0, 0, 0.5, 0.5)"],
         ("Fog", "law") => &["Squared"],
         ("Illuminate", "less") => &["(candidates: All)"],
+        ("Illuminate", "gather") => &["Rays(2)"],
         ("Illuminate", "shadows") => &["Off"],
+        ("Display", "temperature") => &["4000.0"],
+        ("Display", "view") => &["Linear"],
         ("Matte", "keys") => &["[Brighter(0.2, 0.4)]"],
         ("Matte", "garbage" | "keep") => {
             &["[[(0.1, 0.1), (0.9, 0.1), (0.5, 0.9)]]", "[(0.1, 0.1), (0.9, 0.1), (0.5, 0.9)]"]

@@ -69,12 +69,14 @@ pub mod render {
 
 /// Shaders: what surfaces of spans look like.
 pub mod shade {
+    mod display;
     mod fog;
     mod illuminate;
     mod recolor;
     mod recolor_from;
     mod stream;
     mod trace;
+    pub use display::Display;
     pub use fog::Fog;
     pub use illuminate::Illuminate;
     pub use recolor::Recolor;
@@ -156,6 +158,7 @@ pub fn register(registry: &mut Registry) {
         .register::<render::ListPriority>()
         .register::<render::RayTracing>()
         .register::<render::Scanline>()
+        .register::<shade::Display>()
         .register::<shade::Fog>()
         .register::<shade::Illuminate>()
         .register::<shade::Recolor>()

@@ -11,7 +11,7 @@ use spandrel_engine::light::list::{AreaLight, LampFile, MakeLamp, PointLight, Sk
 use spandrel_engine::light::sky::SkyModel;
 use spandrel_engine::raster::Raster;
 use spandrel_engine::scene::{Material, Mesh, Scene, SceneSurfaces, Shape, Step, Transform};
-use spandrel_engine::shade::{Illuminate, Shadows};
+use spandrel_engine::shade::{Bounces, Illuminate, Shadows};
 use spandrel_engine::trace::Reductions;
 use spandrel_tests::random::Random;
 use spandrel_tests::scenes::polygons;
@@ -75,7 +75,14 @@ impl Case<'_> {
         let lamps = self.lights.iter().map(|light| light.lamp("light", folder).unwrap()).collect();
         let shadows = Shadows::Rays(16384);
         let less = Reductions::default();
-        let shader = Illuminate { lamps, white: 1.0, shadows, samples: 4096, less };
+        let shader = Illuminate {
+            lamps,
+            white: 1.0,
+            shadows,
+            samples: 4096,
+            less,
+            bounces: Bounces::default(),
+        };
         let view = View::new(&Camera::default(), Raster::new(8, 8).unwrap()).unwrap();
         let mut fragments = Fragments::new(&view);
         for (i, (point, normal)) in self.points.iter().enumerate() {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use spandrel_engine::color::Color;
 use spandrel_engine::light::sky::Ambient;
 use spandrel_engine::light::{Lamp, Light, point};
-use spandrel_engine::shade::{Fog, FogLaw, Illuminate, Shadows};
+use spandrel_engine::shade::{Bounces, Fog, FogLaw, Illuminate, Shadows};
 use spandrel_engine::trace::Reductions;
 use std::sync::Arc;
 
@@ -33,6 +33,7 @@ pub fn illuminate(mut lamps: Vec<Lamp>, above: Color, below: Color) -> Illuminat
         shadows: Shadows::Off,
         samples: 16,
         less: Reductions::default(),
+        bounces: Bounces::default(),
     }
 }
 

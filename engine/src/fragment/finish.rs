@@ -18,6 +18,9 @@ pub struct Finish {
     pub gloss: Gloss,
     /// The luminance with which it glows by itself, in cd/m2.
     pub glow: Color,
+    /// Whether it glows with the light of a lamp: that is counted where it comes from, and nothing receives its glow.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub is_lamp: bool,
     /// Whether its normal is the face's own, whatever its vertices say.
     pub flat: bool,
     /// What rays show of it, if any are followed: \[N]'s reserved mark.
@@ -126,7 +129,15 @@ fn is_matt(gloss: &Gloss) -> bool {
 impl Default for Finish {
     fn default() -> Finish {
         let (gloss, glow) = (Gloss::None, Color::BLACK);
-        Finish { ambient: 1.0, diffuse: 1.0, gloss, glow, flat: false, optics: None }
+        Finish {
+            ambient: 1.0,
+            diffuse: 1.0,
+            gloss,
+            glow,
+            is_lamp: false,
+            flat: false,
+            optics: None,
+        }
     }
 }
 

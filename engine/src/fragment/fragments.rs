@@ -121,6 +121,8 @@ pub struct Sight {
     pub from: Vec<DVec3>,
     /// How many surfaces the way from the camera has turned at.
     pub turns: u32,
+    /// How many surfaces on that way send light to all sides.
+    pub bounced: u32,
     /// How much of what is seen counts in the picture, 1 where it is all.
     pub weight: Vec<Color>,
     /// The way that light goes on from the ray's start to the camera, in metres.
@@ -171,7 +173,7 @@ impl<'v> Fragments<'v> {
         one.textures = TextureFilter::Trilinear;
         let (from, width, weight, before) =
             (vec![from], vec![width], vec![Color::WHITE], vec![0.0]);
-        one.sight = Some(Sight { from, turns: 0, weight, before, width });
+        one.sight = Some(Sight { from, turns: 0, bounced: 0, weight, before, width });
         one
     }
 
@@ -308,6 +310,7 @@ impl<'v> Fragments<'v> {
         let sight = self.sight.as_ref().map(|sight| Sight {
             from: of(&sight.from, parts),
             turns: sight.turns,
+            bounced: sight.bounced,
             weight: of(&sight.weight, parts),
             before: of(&sight.before, parts),
             width: of(&sight.width, parts),

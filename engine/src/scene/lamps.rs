@@ -38,7 +38,7 @@ impl Scene {
             })?;
             let material = format!("light {at}");
             let glow = if lamp.on { lamp.strength * body.luminance as f32 } else { Color::BLACK };
-            let finish = Finish { glow, ..Finish::default() };
+            let finish = Finish { glow, is_lamp: true, ..Finish::default() };
             // A tube's light comes from its axis.
             let casts = body.casts;
             document.materials.insert(material.clone(), Material { finish, casts, ..dark.clone() });

@@ -24,6 +24,11 @@ pub(super) fn left_by(gloss: Gloss) -> f32 {
     }
 }
 
+/// The share of light that a surface reflects to all sides, if what shines does so too.
+pub(super) fn to_all_sides(finish: &Finish, color: Color) -> Color {
+    color * (finish.diffuse * left_by(finish.gloss)) + reflectance(finish.gloss, color)
+}
+
 /// What a gloss sends to the eye of a part of a source's light, as the illuminance of a white diffuse
 /// surface that would look as bright: the factor of its own reflectance, and what is added to it towards
 /// grazing angles, where everything is a mirror.

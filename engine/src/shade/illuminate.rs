@@ -5,14 +5,18 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f32::consts::PI;
 use std::sync::Arc;
+use std::time::Instant;
 
+use super::bounces::{Bounces, Gather, Gathered, Gatherer, Place, tilted};
 use super::pattern::{Pattern, Spread};
+use super::records::Asked;
 use super::{clipped, gloss};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Casting, Columns, Finish, Fragments, Gloss, Hiding, LightLayers, Shader, World,
+    Around, Batch, Casting, Columns, Finish, Fragments, Gloss, Hiding, LightLayers, Shader,
+    Shading, Stage, World,
 };
-use crate::key::KeyHasher;
+use crate::key::{Key, KeyHasher};
 use crate::light::{Lamp, Light, Receiver, Sample};
 use crate::shadow;
 use crate::trace::{Casters, Ray, Reductions, Toward};
@@ -34,6 +38,9 @@ pub struct Illuminate {
     pub samples: u32,
     /// What is left out of the search for shadow volumes.
     pub less: Reductions,
+    /// The light that surfaces send on.
+    #[serde(default)]
+    pub bounces: Bounces,
 }
 
 /// How shadows are found: time for accuracy.
@@ -51,10 +58,10 @@ pub enum Shadows {
     Rays(u32),
 }
 
-/// What a fragment receives of a lamp of unit strength.
-#[derive(Debug)]
+/// What fragments receive of a lamp of unit strength.
+#[derive(Debug, Default)]
 struct Received {
-    /// Irradiance in lux.
+    /// Irradiance in lux. Empty if there is none.
     diffuse: GreyOrColors,
     /// What its gloss sends to the eye: the factor of its own reflectance, and the rest. Empty if
     /// nothing shines.
@@ -63,11 +70,26 @@ struct Received {
     error: Vec<f32>,
 }
 
+/// What a fragment receives of other surfaces, of a lamp of unit strength or of what glows.
+#[derive(Debug)]
+struct Reflected {
+    /// Irradiance in lux.
+    light: GreyOrColors,
+    /// By how much it may be off. Empty if nobody asks, or by nothing.
+    error: Vec<f32>,
+}
+
 /// Colours, most of which are grey.
 #[derive(Debug)]
 enum GreyOrColors {
     Grey(Vec<f32>),
     Colored(Vec<Color>),
+}
+
+impl Default for GreyOrColors {
+    fn default() -> GreyOrColors {
+        GreyOrColors::Grey(Vec::new())
+    }
 }
 
 impl GreyOrColors {
@@ -81,7 +103,7 @@ impl GreyOrColors {
 
     fn at(&self, i: usize) -> Color {
         match self {
-            GreyOrColors::Grey(values) => Color::grey(values[i]),
+            GreyOrColors::Grey(values) => Color::grey(values.get(i).copied().unwrap_or(0.0)),
             GreyOrColors::Colored(values) => values[i],
         }
     }
@@ -108,6 +130,10 @@ impl Shader for Illuminate {
                 reads = reads | Columns::POSITION | Columns::FACING | Columns::WORLD;
             }
         }
+        if self.looks_around() {
+            let around = Columns::POSITION | Columns::FACING | Columns::WORLD;
+            reads = reads | Columns::NORMAL | around;
+        }
         reads
     }
 
@@ -129,7 +155,7 @@ impl Shader for Illuminate {
 
     fn looks_toward(&self) -> Option<Vec<Toward>> {
         // Discs and skies are looked at in more than one direction.
-        if self.shadows != Shadows::Volumes {
+        if self.shadows != Shadows::Volumes || self.looks_around() {
             return None;
         }
         let lamps = self.lamps.iter().filter(|lamp| lamp.shines() && !lamp.light.is_everywhere());
@@ -139,27 +165,45 @@ impl Shader for Illuminate {
     fn shade(&self, fragments: &mut Fragments<'_>, around: &Around<'_>) {
         let count = fragments.len();
         let scale = 1.0 / self.white;
-        let glow = |finish: &Finish| finish.glow * (PI * scale);
-        let mut sum: Vec<Color> = fragments.finish.iter().map(glow).collect();
+        // What surfaces send on is seen by others and not by the camera.
+        let is_sent_on = fragments.sight.as_ref().is_some_and(|sight| sight.bounced > 0);
+        let reflected = self.reflected(fragments, around);
+        let has_records = !reflected.is_empty();
+        let mut reflected = reflected.iter();
+        let to_all_sides: Vec<Color> = (0..count)
+            .map(|i| gloss::to_all_sides(&fragments.finish[i], fragments.color[i]))
+            .collect();
+        let glow = |finish: &Finish| match is_sent_on && finish.is_lamp {
+            true => Color::BLACK,
+            false => finish.glow * (PI * scale),
+        };
+        let mut rest: Vec<Color> = fragments.finish.iter().map(glow).collect();
+        let mut sum = rest.clone();
         let mut layers = fragments.layers.as_ref().map(|_| LightLayers::default());
         for lamp in self.lamps.iter().filter(|lamp| lamp.shines()) {
-            let received = self.received(lamp, fragments, around);
+            let received = match has_records && self.is_recorded(lamp) {
+                true => Arc::default(),
+                false => self.received(lamp, fragments, around),
+            };
             let strength = lamp.strength * scale;
             let is_everywhere = lamp.light.is_everywhere();
+            let reflected = if is_everywhere { None } else { reflected.next() };
             let shown = |i: usize| {
                 // Light from everywhere is mirrored from everywhere: gloss takes nothing of it.
                 let (finish, color) = (&fragments.finish[i], fragments.color[i]);
                 // So is light whose mirror image is not computed: else metals would be black under it.
-                let share = match (is_everywhere, lamp.light.is_mirrored()) {
-                    (true, _) => finish.ambient,
-                    (false, false) => finish.diffuse,
-                    (false, true) => finish.diffuse * gloss::left_by(finish.gloss),
+                let reflects = match (is_everywhere, lamp.light.is_mirrored()) {
+                    _ if is_sent_on && !is_everywhere => to_all_sides[i],
+                    (true, _) => color * finish.ambient,
+                    (false, false) => color * finish.diffuse,
+                    (false, true) => color * (finish.diffuse * gloss::left_by(finish.gloss)),
                 };
-                let diffuse = color * received.diffuse.at(i) * share;
+                let diffuse = reflects * received.diffuse.at(i);
                 let shine = received.gloss.get(i).map_or(Color::BLACK, |[by_own, rest]| {
                     gloss::reflectance(finish.gloss, color) * *by_own + *rest
                 });
-                (diffuse + shine) * strength
+                let beside = reflected.map_or(Color::BLACK, |r| to_all_sides[i] * r.light.at(i));
+                (diffuse + shine + beside) * strength
             };
             for (i, sum) in sum.iter_mut().enumerate() {
                 *sum = *sum + shown(i);
@@ -168,19 +212,31 @@ impl Shader for Illuminate {
                 for (i, color) in layers.layer(&lamp.name, count).iter_mut().enumerate() {
                     *color = if fragments.unlit[i] { Color::BLACK } else { *color + shown(i) };
                 }
-                if !received.error.is_empty() {
+                let error_of = |i: usize| {
+                    let direct = received.error.get(i).map_or(0.0, |off| *off);
+                    let sent_on = reflected.and_then(|r| r.error.get(i)).map_or(0.0, |off| *off);
+                    fragments.color[i] * (fragments.finish[i].diffuse * direct)
+                        + to_all_sides[i] * sent_on
+                };
+                let is_off = |reflected: &&Arc<Reflected>| !reflected.error.is_empty();
+                if !received.error.is_empty() || reflected.is_some_and(|r| is_off(&r)) {
                     let errors = layers.layer(LightLayers::ERROR, count);
-                    for (i, (error, off)) in errors.iter_mut().zip(&received.error).enumerate() {
-                        let color = fragments.color[i] * (fragments.finish[i].diffuse * off);
+                    for (i, error) in errors.iter_mut().enumerate() {
                         // Lamps are off independently of each other.
-                        *error = quadrature(*error, color * strength);
+                        *error = quadrature(*error, error_of(i) * strength);
                     }
                 }
             }
         }
+        if let Some(glowing) = reflected.next() {
+            for (i, (sum, rest)) in sum.iter_mut().zip(&mut rest).enumerate() {
+                let beside = to_all_sides[i] * glowing.light.at(i) * scale;
+                (*sum, *rest) = (*sum + beside, *rest + beside);
+            }
+        }
         for (i, sum) in sum.into_iter().enumerate() {
-            let color = if fragments.unlit[i] { fragments.color[i] } else { sum };
-            let rest = if fragments.unlit[i] { color } else { glow(&fragments.finish[i]) };
+            let own = if is_sent_on { Color::BLACK } else { fragments.color[i] };
+            let (color, rest) = if fragments.unlit[i] { (own, own) } else { (sum, rest[i]) };
             fragments.color[i] = color;
             if let Some(layers) = &mut layers {
                 layers.layer(LightLayers::REST, count)[i] = rest;
@@ -195,11 +251,189 @@ fn quadrature(a: Color, b: Color) -> Color {
     Color::new(one(a.r, b.r), one(a.g, b.g), one(a.b, b.b))
 }
 
+/// Whether anybody asks by how much light may be off: of what is sent on nobody does.
+fn wants_error(fragments: &Fragments<'_>) -> bool {
+    let bounced = fragments.sight.as_ref().map_or(0, |sight| sight.bounced);
+    fragments.layers.is_some() && bounced == 0
+}
+
 fn shines(fragments: &Fragments<'_>) -> bool {
     fragments.finish.iter().any(|finish| finish.gloss != Gloss::None)
 }
 
 impl Illuminate {
+    /// Whether what fragments receive of a lamp itself is found at records.
+    fn is_recorded(&self, lamp: &Lamp) -> bool {
+        let has_records = self.bounces.records(0).is_some();
+        let is_exact = matches!(self.shadows, Shadows::Volumes | Shadows::Analytic);
+        has_records && is_exact && lamp.light.luminance(DVec3::Y).is_some()
+    }
+
+    /// Whether light comes from all that is around.
+    fn looks_around(&self) -> bool {
+        let is_recorded = |lamp: &Lamp| lamp.shines() && self.is_recorded(lamp);
+        self.bounces.times > 0 || self.lamps.iter().any(is_recorded)
+    }
+
+    /// What fragments receive of other surfaces, and of lamps that are recorded: of each lamp that does not shine
+    /// everywhere, and then of what glows.
+    fn reflected(&self, fragments: &Fragments<'_>, around: &Around<'_>) -> Vec<Arc<Reflected>> {
+        let bounced = fragments.sight.as_ref().map_or(0, |sight| sight.bounced);
+        let Some(Stage::Shade(own)) = around.stack.get(around.at) else { return Vec::new() };
+        let is_recorded = |lamp: &Lamp| lamp.shines() && self.is_recorded(lamp);
+        let is_needed = bounced < self.bounces.times || self.lamps.iter().any(is_recorded);
+        let Some(world) = own.world().filter(|_| is_needed) else {
+            return Vec::new();
+        };
+        let goes_on = |lamp: &&Lamp| lamp.shines() && !lamp.light.is_everywhere();
+        let lamps: Vec<&Lamp> = self.lamps.iter().filter(goes_on).collect();
+        let wants_error = wants_error(fragments);
+        let key = |what: Key| {
+            let mut key = KeyHasher::new("reflected");
+            let Bounces { times, gather, .. } = self.bounces;
+            key.key(what).value(&(self.shadows, self.samples, times, gather, wants_error));
+            // Colours are read of all that is around.
+            key.key(world.key());
+            around.changes_before().for_each(|stage| {
+                key.key(stage.key());
+            });
+            key.finish()
+        };
+        let glow = Key::of_bytes(b"glow");
+        let keys: Vec<Key> = lamps.iter().map(|lamp| lamp.key()).chain([glow]).map(key).collect();
+        let mut known: Vec<Option<Arc<Reflected>>> = keys
+            .iter()
+            .map(|key| around.batch.kept(*key).and_then(|kept| kept.downcast().ok()))
+            .collect();
+        if known.iter().any(Option::is_none) {
+            let clock = Instant::now();
+            let missing: Vec<usize> = (0..lamps.len()).filter(|at| known[*at].is_none()).collect();
+            let made = self.gathered(
+                (&missing.iter().map(|at| lamps[*at]).collect::<Vec<_>>(), bounced),
+                (fragments, wants_error),
+                (around, world),
+            );
+            let seconds = clock.elapsed().as_secs_f64() / made.len() as f64;
+            for (at, made) in missing.into_iter().chain([lamps.len()]).zip(made) {
+                let bytes = made.light.bytes() + size_of_val(&*made.error);
+                let made = Arc::new(made);
+                around.batch.keep(keys[at], made.clone(), bytes, seconds);
+                known[at] = Some(made);
+            }
+        }
+        known.into_iter().flatten().collect()
+    }
+
+    /// What fragments receive of other surfaces of some lamps, and then of what glows.
+    fn gathered(
+        &self,
+        (lamps, bounced): (&[&Lamp], u32),
+        (fragments, wants_error): (&Fragments<'_>, bool),
+        (around, world): (&Around<'_>, &Arc<World>),
+    ) -> Vec<Reflected> {
+        let batch = around.batch;
+        let stage = if bounced > 0 {
+            // They have unit strength already.
+            around.stack[around.at].clone()
+        } else {
+            let unit = |(number, lamp): (usize, &&Lamp)| {
+                Lamp::new(number.to_string(), true, Color::WHITE, lamp.light.clone())
+            };
+            let lamps = lamps.iter().enumerate().map(unit).collect();
+            let unit = Illuminate { lamps, white: 1.0, ..self.clone() };
+            Stage::Shade(Shading::new(Arc::new(unit), || world.clone()))
+        };
+        let gatherer = Gatherer {
+            world,
+            stage,
+            lamps: lamps.len(),
+            like: fragments,
+            batch,
+            turns: fragments.sight.as_ref().map_or(0, |sight| sight.turns),
+            bounced,
+        };
+        let place = |i: usize| {
+            let spot = LitFragment::new(fragments, i);
+            let sight = fragments.sight.as_ref();
+            Place {
+                position: spot.receiver.position,
+                facing: spot.facing,
+                normal: spot.receiver.normal,
+                screen: DVec2::new(fragments.x[i], fragments.y[i]),
+                before: sight.map_or(0.0, |sight| sight.before[i]) + fragments.way(i).2,
+                width: fragments.width(i),
+                weight: sight.map_or(Color::WHITE, |sight| sight.weight[i]),
+                pattern: Pattern::of(fragments, i),
+            }
+        };
+        let goes_on = bounced < self.bounces.times;
+        let recorded: Vec<usize> =
+            (0..lamps.len()).filter(|lamp| self.is_recorded(lamps[*lamp])).collect();
+        let lit: Vec<usize> = (0..fragments.len()).filter(|i| !fragments.unlit[*i]).collect();
+        let count = lamps.len() + 1;
+        let mut light = vec![vec![Color::BLACK; fragments.len()]; count];
+        let mut error = vec![vec![0.0f32; if wants_error { fragments.len() } else { 0 }]; count];
+        let mut take = |i: usize, found: &Gathered| {
+            for (lamp, color) in found.light.iter().enumerate() {
+                light[lamp][i] = light[lamp][i] + *color;
+                if wants_error {
+                    error[lamp][i] += found.error[lamp];
+                }
+            }
+        };
+        // From the first surface on, one ray is enough for each that comes.
+        let mut rays = match self.bounces.gather {
+            Gather::Rays(rays) if bounced == 0 => rays,
+            _ => 1,
+        };
+        let mut by_itself = lit;
+        if let Some(count) = self.bounces.records(bounced) {
+            let field = self.bounces.field(gatherer.stage.key(), bounced);
+            let casters: Vec<_> = world.casters().collect();
+            let receives = |place: &Place| {
+                let mut all = match goes_on {
+                    true => gatherer.gather(std::slice::from_ref(place), count, true).pop(),
+                    false => None,
+                };
+                let all = all.get_or_insert_with(|| Gathered::none(lamps.len(), true));
+                for lamp in &recorded {
+                    let light = &*lamps[*lamp].light;
+                    of_sky(light, place, (world, &casters, fragments), (count, *lamp), all);
+                }
+                std::mem::take(all)
+            };
+            let asked = Asked { gatherer: &gatherer, casters: &casters, receives: &receives };
+            let turns = !fragments.cards.is_empty();
+            by_itself.retain(|i| {
+                let (face, place) = ((&*fragments.label, fragments.ordinal[*i]), place(*i));
+                if turns || field.is_small(face, &place, &asked) {
+                    return true;
+                }
+                let found = field.at(&place, &asked);
+                found.iter().for_each(|found| take(*i, found));
+                found.is_none()
+            });
+            rays = if bounced == 0 { self.samples } else { 1 };
+            for lamp in &recorded {
+                let lighting = Lighting::new(self, lamps[*lamp], fragments, around);
+                for i in &by_itself {
+                    let one = lighting.of(*i);
+                    let mut found = Gathered::none(lamps.len(), false);
+                    (found.light[*lamp], found.error[*lamp]) = (one.diffuse, one.error);
+                    take(*i, &found);
+                }
+            }
+        }
+        if goes_on {
+            let places: Vec<Place> = by_itself.iter().map(|i| place(*i)).collect();
+            for (i, found) in by_itself.iter().zip(gatherer.gather(&places, rays, false)) {
+                take(*i, &found);
+            }
+        }
+        let all = light.into_iter().zip(error);
+        all.map(|(light, error)| Reflected { light: GreyOrColors::new(light), error }).collect()
+    }
+
     /// What fragments receive of a lamp of unit strength: kept, so that its strength may change.
     fn received(
         &self,
@@ -208,7 +442,7 @@ impl Illuminate {
         around: &Around<'_>,
     ) -> Arc<Received> {
         let mut key = KeyHasher::new("received");
-        let wants_error = fragments.layers.is_some();
+        let wants_error = wants_error(fragments);
         key.key(lamp.key()).value(&(self.shadows, self.samples, wants_error));
         around.world.into_iter().for_each(|world| {
             key.key(world.geometry());
@@ -224,6 +458,51 @@ impl Illuminate {
             (received, bytes)
         })
     }
+}
+
+/// Adds what a place receives of a sky, by samples of it.
+fn of_sky(
+    light: &dyn Light,
+    place: &Place,
+    (world, casters, like): (&World, &[(usize, &Casters)], &Fragments<'_>),
+    (count, lamp): (u32, usize),
+    all: &mut Gathered,
+) {
+    let receiver = Receiver { position: place.position, normal: place.normal };
+    let whole = light.irradiance(&receiver);
+    let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
+    let mut tilts = [Color::BLACK; 3];
+    let mut deviation = Deviation::default();
+    for k in 0..count {
+        let sample = light.sample(&receiver, place.pattern.at(k));
+        let way = sample.toward.from(place.position).0.normalize_or_zero();
+        let plane = (place.facing, place.position);
+        let lit = match way.dot(place.facing) > 0.0 {
+            true => passes(world, casters, like, plane, (place.position, sample.toward, 0.0)),
+            false => 0.0,
+        };
+        deviation.add(sample.irradiance.luminance(), lit);
+        let part = sample.irradiance * lit;
+        (open, reaches) = (open + sample.irradiance, reaches + part);
+        for (tilt, along) in tilts.iter_mut().zip(tilted(way, place.normal)) {
+            *tilt = *tilt + part * along;
+        }
+    }
+    // The share that reaches it, of what is known without a sample.
+    let share =
+        |part: f32, open: f32, whole: f32| if open > 0.0 { whole * (part / open) } else { 0.0 };
+    let of = |part: Color| {
+        Color::new(
+            share(part.r, open.r, whole.r),
+            share(part.g, open.g, whole.g),
+            share(part.b, open.b, whole.b),
+        )
+    };
+    all.light[lamp] = all.light[lamp] + of(reaches);
+    for (own, tilt) in all.tilt[lamp].iter_mut().zip(tilts) {
+        *own = *own + of(tilt);
+    }
+    all.error[lamp] += deviation.of_share() * whole.luminance();
 }
 
 /// What one fragment receives of a lamp of unit strength.
@@ -301,6 +580,7 @@ impl<'a> Lighting<'a> {
         around: &Around<'a>,
     ) -> Lighting<'a> {
         let light = &*lamp.light;
+        let is_sent_on = fragments.sight.as_ref().is_some_and(|sight| sight.bounced > 0);
         let world = around.world.filter(|_| !light.is_everywhere());
         // A disc counts as one place where shadows are sharp anyhow.
         let is_soft = matches!(shader.shadows, Shadows::Analytic | Shadows::Rays(_));
@@ -327,7 +607,7 @@ impl<'a> Lighting<'a> {
             casters: world.into_iter().flat_map(World::casters).collect(),
             samples: samples.max(1),
             is_clipped: shader.shadows == Shadows::Analytic,
-            shines: light.is_mirrored() && shines(fragments),
+            shines: light.is_mirrored() && !is_sent_on && shines(fragments),
         }
     }
 
@@ -335,7 +615,7 @@ impl<'a> Lighting<'a> {
         let count = self.fragments.len();
         let mut diffuse = Vec::with_capacity(count);
         let (mut gloss, mut error) = (Vec::new(), Vec::new());
-        let wants_error = self.fragments.layers.is_some();
+        let wants_error = wants_error(self.fragments);
         for i in 0..count {
             let is_dark = self.fragments.unlit[i] || self.batch.is_stopped();
             let one = if is_dark { ReceivedByOne::default() } else { self.of(i) };

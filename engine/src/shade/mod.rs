@@ -1,15 +1,21 @@
 //! Shaders: programs over fragments.
 
+pub mod bounces;
 mod clipped;
+pub mod display;
 pub mod fog;
+mod follow;
 mod gloss;
 pub mod illuminate;
 mod pattern;
 pub mod picture;
 pub mod recolor;
+mod records;
 pub mod stream;
 pub mod trace;
 
+pub use bounces::{Bounces, Gather};
+pub use display::{Display, DisplayView};
 pub use fog::{Fog, FogHeight, FogLaw};
 pub use illuminate::{Illuminate, Shadows};
 pub use picture::{PictureColors, PictureFrame};

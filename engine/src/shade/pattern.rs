@@ -79,7 +79,7 @@ impl Pattern {
         Pattern::from_seed(x.to_bits() ^ y.to_bits().rotate_left(32))
     }
 
-    fn from_seed(seed: u64) -> Pattern {
+    pub(super) fn from_seed(seed: u64) -> Pattern {
         let mut state = seed;
         let mut next = || {
             // SplitMix64 (Steele, Lea and Flood 2014).

@@ -1,26 +1,20 @@
 //! Local ray tracing (\[N], "Local ray tracing"; \[D], "High-quality image display"): what surfaces mirror
 //! and let through, followed by rays from the fragments that they cover, and from no other.
 //!
-//! What a ray meets is a fragment like those that the camera sees: it runs through the stack of its own
-//! source, so it is lit, shadowed and fogged as everything is, and its mirrors are followed in turn.
+//! What a ray meets runs through the stack of its own source, and its mirrors are followed in turn.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
+use super::follow::{Followed, Follower, Met, Shading};
 use super::pattern::{Pattern, Spread};
 use crate::color::Color;
 use crate::fragment::{
-    Around, Batch, Columns, FAR, Finish, Fragments, Hiding, Kept, LightLayers, Meeting, Member,
-    Optics, Shader, Sight, Stage, World, stack,
+    Around, Batch, Columns, Finish, Fragments, Hiding, LightLayers, Optics, Shader, Sight, World,
 };
 use crate::key::{Key, KeyHasher};
 use crate::light::seen::SeenSky;
-use crate::math;
-use crate::shadow;
-use crate::trace::{Accelerator, Casters, Finder, Hit, Ray, Toward};
-
-/// The most translucent surfaces that a ray goes through: so many that next to nothing is left.
-const MOST_LAYERS: usize = 4096;
+use crate::trace::Accelerator;
 
 /// Rays that are followed together, about: what they meet is held at once.
 const SLICE: usize = 1 << 16;
@@ -44,44 +38,6 @@ pub struct Trace {
     pub sky: Option<SeenSky>,
     /// How the surfaces that rays meet are found.
     pub accelerator: Accelerator,
-}
-
-/// A ray from a fragment.
-struct Followed {
-    fragment: usize,
-    origin: DVec3,
-    direction: DVec3,
-    /// The share of what it finds that the fragment shows.
-    share: Color,
-    /// How much a fragment counts in the picture that shows all that its rays of this kind find.
-    weight: Color,
-    /// What the space that it goes through takes of light, per metre.
-    absorb: Color,
-    /// The plane that it starts on.
-    plane: (DVec3, DVec3),
-}
-
-/// A surface that a ray met.
-#[derive(Clone, Copy, Debug)]
-struct Met {
-    ray: u32,
-    /// Its place among what casts in the world, the same in all worlds of one geometry, or behind the last of
-    /// them for what is beyond.
-    caster: u32,
-    ordinal: u32,
-    sees_front: bool,
-    way: f32,
-    position: DVec3,
-    /// The width of what the ray stands for there.
-    width: f32,
-}
-
-/// The fragments that rays met of one member.
-struct MetFragments<'v> {
-    member: usize,
-    fragments: Fragments<'v>,
-    /// The places of its fragments in the list of all that were met.
-    places: Vec<usize>,
 }
 
 #[typetag::serde]
@@ -112,7 +68,14 @@ impl Shader for Trace {
                 continue;
             }
             let met = around.batch.or_made(key, || {
-                let met = self.meet(&rays, fragments, world, around.batch);
+                let follower = Follower {
+                    world,
+                    view: fragments.view,
+                    accelerator: &self.accelerator,
+                    least: self.least,
+                    sees_beyond: true,
+                };
+                let met = follower.meet(&rays, around.batch);
                 let bytes = size_of_val(&*met);
                 (met, bytes)
             });
@@ -159,6 +122,11 @@ impl Trace {
             let pattern = Pattern::of(fragments, i);
             let surface = TracedSurface::new(fragments, i, &finish);
             let plane = (surface.facing, fragments.position[i]);
+            let screen = DVec2::new(fragments.x[i], fragments.y[i]);
+            let before = fragments.sight.as_ref().map_or(0.0, |sight| sight.before[i]);
+            let before = before + fragments.way(i).2;
+            let widens = fragments.view.pixel_width(0.0).1 * fragments.pixel.x;
+            let width = [fragments.width(i), widens];
             let weight = fragments.sight.as_ref().map_or(Color::WHITE, |sight| sight.weight[i]);
             let share = 1.0 / count as f32;
             let alpha = fragments.alpha[i];
@@ -175,13 +143,16 @@ impl Trace {
                 let turned = surface.turn(along, &optics, fragments.sees_front[i]);
                 let mut follow = |direction: DVec3, part: Color, absorb: Color| {
                     rays.push(Followed {
-                        fragment: i,
+                        from: i,
                         origin,
                         direction,
                         share: part * share,
                         weight: weight * part,
                         absorb,
                         plane,
+                        screen,
+                        before,
+                        width,
                     });
                 };
                 // What is not followed leaves the surface its own colour.
@@ -199,83 +170,6 @@ impl Trace {
         rays
     }
 
-    /// The surfaces that rays meet, ray by ray and the nearest first.
-    fn meet(
-        &self,
-        rays: &[Followed],
-        fragments: &Fragments<'_>,
-        world: &World,
-        batch: &dyn Batch,
-    ) -> Vec<Met> {
-        let (members, finders): (Vec<usize>, Vec<Finder<'_>>) = world
-            .casters()
-            .map(|(member, casters)| (member, casters.finder(&self.accelerator)))
-            .unzip();
-        let beyond = world.beyond();
-        batch.count("rays", rays.len() as u64);
-        let mut all = Vec::new();
-        for (number, followed) in rays.iter().enumerate() {
-            if batch.is_stopped() {
-                break;
-            }
-            let ray = Ray::new(followed.origin, followed.direction, f64::INFINITY);
-            let mut last = (0.0, 0, 0);
-            // What is left of its weight, so that a ray ends behind many panes too.
-            let mut left = followed.weight.greatest();
-            for _ in 0..MOST_LAYERS {
-                let Some((at, hit)) = nearest(&finders, &ray, followed.plane, last) else { break };
-                last = (hit.t, at, hit.piece);
-                let casters = finders[at].casters();
-                let surfaces = &*world.members()[members[at]].surfaces;
-                let toward = Toward::Direction(-followed.direction);
-                let sees_front = casters.normal(hit.piece, toward).dot(followed.direction) < 0.0;
-                let position = ray.at(hit.t);
-                let known = &casters.pieces()[hit.piece];
-                let widens = fragments.view.pixel_width(0.0).1 * fragments.pixel.x;
-                let width = (fragments.width(followed.fragment) + hit.t * widens) as f32;
-                let rays = surfaces.rays();
-                let part = rays.and_then(|rays| rays.met(known.face, sees_front, position));
-                // A back that its material leaves out: the ray goes on.
-                let Some(seen) = part else { continue };
-                // A seal that lets something through shows the face that it lies on.
-                let below = (seen != known.face).then_some(known.face);
-                for ordinal in std::iter::once(seen).chain(below) {
-                    let (ray, caster) = (number as u32, at as u32);
-                    let way = hit.t as f32;
-                    all.push(Met { ray, caster, ordinal, sees_front, way, position, width });
-                    let is_solid = ordinal == known.face && known.opacity == 1.0;
-                    let from = followed.origin;
-                    let met = Meeting { ordinal, sees_front, from, position, width };
-                    let one = || surfaces.alpha_at(fragments.view, &met);
-                    left *= if is_solid { 0.0 } else { 1.0 - one() };
-                    if left == 0.0 {
-                        break;
-                    }
-                }
-                if left <= self.least {
-                    break;
-                }
-            }
-            for (place, (member, ordinal)) in beyond.iter().enumerate() {
-                if left <= self.least {
-                    break;
-                }
-                let (ordinal, sees_front, position) = (*ordinal, true, ray.at(FAR));
-                let (caster, way) = ((members.len() + place) as u32, FAR as f32);
-                let width = (FAR * fragments.view.pixel_width(0.0).1 * fragments.pixel.x) as f32;
-                let ray = number as u32;
-                all.push(Met { ray, caster, ordinal, sees_front, way, position, width });
-                // Nothing lies behind the last of them, so nobody asks how much it hides.
-                if place + 1 < beyond.len() {
-                    let from = followed.origin;
-                    let met = Meeting { ordinal, sees_front, from, position, width };
-                    left *= 1.0 - world.members()[*member].surfaces.alpha_at(fragments.view, &met);
-                }
-            }
-        }
-        all
-    }
-
     /// What rays show of the surfaces that they met: by fragment, and by layer if fragments have them.
     fn show(
         &self,
@@ -285,51 +179,21 @@ impl Trace {
         (world, around, key): (&World, &Around<'_>, Key),
         shown: &mut TracedColors,
     ) {
-        let casters = world.casters().map(|(member, _)| member);
-        // What is beyond them all stands at the end.
-        let beyond = world.beyond().into_iter().map(|(member, _)| member);
-        let members: Vec<usize> = casters.chain(beyond).collect();
-        let mut groups: Vec<MetFragments<'_>> = Vec::new();
-        for (place, met) in met.iter().enumerate() {
-            let member = members[met.caster as usize];
-            let known = groups.iter().position(|group| group.member == member);
-            let at = known.unwrap_or_else(|| {
-                let mut empty = Fragments::new(fragments.view);
-                (empty.pixel, empty.textures) = (fragments.pixel, fragments.textures);
-                empty.label.clone_from(&world.members()[member].label);
-                let turns = fragments.sight.as_ref().map_or(0, |sight| sight.turns) + 1;
-                empty.sight = Some(Sight { turns, ..Sight::default() });
-                empty.layers = fragments.layers.as_ref().map(|_| LightLayers::default());
-                groups.push(MetFragments { member, fragments: empty, places: Vec::new() });
-                groups.len() - 1
-            });
-            groups[at].push(place, met, &rays[met.ray as usize], fragments);
-        }
-        // Of each surface: its group, and its place there.
-        let mut places = vec![(0usize, 0usize); met.len()];
-        for (at, group) in groups.iter_mut().enumerate() {
-            group.shade(&world.members()[group.member], around, key);
-            for (i, place) in group.places.iter().enumerate() {
-                places[*place] = (at, i);
-            }
-        }
-        let mut next = 0;
-        for (number, ray) in rays.iter().enumerate() {
-            let mut left = ray.share;
-            while next < met.len() && met[next].ray as usize == number {
-                let (group, i) = places[next];
-                let seen = &groups[group].fragments;
-                let part = left * (absorbed(ray.absorb, met[next].way) * seen.alpha[i]);
-                shown.add(ray.fragment, part, seen, i);
-                left = left * (1.0 - seen.alpha[i]);
-                next += 1;
-            }
-            // What goes on for ever through what absorbs is gone.
-            let left = left * absorbed(ray.absorb, f32::INFINITY);
-            if left.greatest() > 0.0 {
-                shown.add_rest(ray.fragment, left * self.beyond(ray.direction));
-            }
-        }
+        let mut empty = Fragments::new(fragments.view);
+        (empty.pixel, empty.textures) = (fragments.pixel, fragments.textures);
+        let before = fragments.sight.as_ref();
+        let turns = before.map_or(0, |sight| sight.turns) + 1;
+        let bounced = before.map_or(0, |sight| sight.bounced);
+        empty.sight = Some(Sight { turns, bounced, ..Sight::default() });
+        empty.layers = fragments.layers.as_ref().map(|_| LightLayers::default());
+        // What is done from here on to everything in the image.
+        let onward = &around.stack[around.at..];
+        let shading = Shading { empty: &empty, world, onward, batch: around.batch, key: Some(key) };
+        let shaded = shading.shade(rays, met);
+        shaded.each(rays, |ray, share, seen| match seen {
+            Some((seen, i)) => shown.add(ray.from, share, seen, i),
+            None => shown.add_rest(ray.from, share * self.beyond(ray.direction)),
+        });
     }
 
     /// What is seen in a direction where nothing is.
@@ -339,36 +203,6 @@ impl Trace {
             None => self.background,
         }
     }
-}
-
-fn absorbed(absorb: Color, way: f32) -> Color {
-    // The test spares 0 times infinity, which is NaN.
-    let left = |absorb: f32| if absorb > 0.0 { math::expf(-absorb * way) } else { 1.0 };
-    Color::new(left(absorb.r), left(absorb.g), left(absorb.b))
-}
-
-/// The nearest surface behind the last, of all members.
-fn nearest(
-    finders: &[Finder<'_>],
-    ray: &Ray,
-    plane: (DVec3, DVec3),
-    last: (f64, usize, usize),
-) -> Option<(usize, Hit)> {
-    let mut best: Option<(usize, Hit)> = None;
-    for (at, finder) in finders.iter().enumerate() {
-        let casters: &Casters = finder.casters();
-        let found = finder.nearest(ray, |hit| {
-            // Surfaces that coincide have one t: member and number tell them apart, and each is met
-            // once.
-            (hit.t, at, hit.piece) > last && !shadow::lies_in(casters, hit.piece, plane)
-        });
-        if let Some(hit) = found
-            && best.is_none_or(|(_, best)| hit.t < best.t)
-        {
-            best = Some((at, hit));
-        }
-    }
-    best
 }
 
 /// A surface where a ray turns.
@@ -436,69 +270,6 @@ fn fresnel(outer: f64, inner: f64, ratio: f64) -> f64 {
     let across = (ratio * outer - inner) / (ratio * outer + inner);
     let along = (ratio * inner - outer) / (ratio * inner + outer);
     (across * across + along * along) / 2.0
-}
-
-impl MetFragments<'_> {
-    fn push(&mut self, place: usize, met: &Met, ray: &Followed, from: &Fragments<'_>) {
-        let fragments = &mut self.fragments;
-        let (i, way) = (ray.fragment, f64::from(met.way));
-        let view = from.view;
-        fragments.push(met.ordinal, met.sees_front, from.x[i], from.y[i], view.depth(way));
-        fragments.position.push(met.position);
-        let (_, _, last) = from.way(i);
-        let before = from.sight.as_ref().map_or(0.0, |sight| sight.before[i]) + last;
-        if let Some(sight) = &mut fragments.sight {
-            sight.from.push(ray.origin);
-            sight.weight.push(ray.weight);
-            sight.width.push(met.width);
-            sight.before.push(before);
-        }
-        self.places.push(place);
-    }
-
-    /// Runs the fragments through the stack of their source: what was done to it before, and what is done
-    /// from here on to everything in the image.
-    fn shade(&mut self, member: &Member, around: &Around<'_>, key: Key) {
-        let onward = if member.is_beside { &[] } else { &around.stack[around.at..] };
-        let stages: Vec<Stage> = member.stack.iter().chain(onward).cloned().collect();
-        let mut salt = KeyHasher::new("met");
-        salt.key(key).value(&self.member);
-        let batch = Within { outer: around.batch, key: salt.finish() };
-        // What was moved is not in any world: there is nothing to undo.
-        stack::shade(&stages, &*member.surfaces, &batch, &mut self.fragments);
-    }
-}
-
-/// Fragments that the rays of others met.
-struct Within<'a> {
-    outer: &'a dyn Batch,
-    key: Key,
-}
-
-impl Within<'_> {
-    fn key_of(&self, key: Key) -> Key {
-        let mut hasher = KeyHasher::new("within");
-        hasher.key(self.key).key(key);
-        hasher.finish()
-    }
-}
-
-impl Batch for Within<'_> {
-    fn kept(&self, key: Key) -> Option<Kept> {
-        self.outer.kept(self.key_of(key))
-    }
-
-    fn keep(&self, key: Key, value: Kept, bytes: usize, seconds: f64) {
-        self.outer.keep(self.key_of(key), value, bytes, seconds);
-    }
-
-    fn is_stopped(&self) -> bool {
-        self.outer.is_stopped()
-    }
-
-    fn count(&self, what: &'static str, number: u64) {
-        self.outer.count(what, number);
-    }
 }
 
 /// What rays show, by fragment.

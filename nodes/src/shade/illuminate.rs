@@ -11,7 +11,7 @@ use spandrel_engine::graph::node::FieldError;
 use spandrel_engine::graph::{Inputs, Link, NamedLink, Node, Upstream};
 use spandrel_engine::light::sky::Ambient;
 use spandrel_engine::light::{Lamp, Receiver};
-use spandrel_engine::shade::{self, Shadows};
+use spandrel_engine::shade::{self, Bounces, Gather, Shadows};
 use spandrel_engine::span::SpanImage;
 use spandrel_engine::trace::{Reductions, Toward};
 use spandrel_engine::values::{Lamps, SpanDemand};
@@ -52,8 +52,9 @@ pub struct Illuminate {
     /// off.
     #[schemars(extend("x-draft" = "Off"))]
     pub shadows: Option<Shadows>,
-    /// With `Volumes`, the number of rays to each light that is not in one place. With `Analytic`,
-    /// to those that cannot be cut. With every setting, how finely such lights are seen in gloss.
+    /// With `Volumes`, the number of rays to each light that is not in one place, other than skies.
+    /// With `Analytic`, to those that cannot be cut. With every setting, how finely such lights are
+    /// seen in gloss, and the rays of faces too small for records.
     #[schemars(range(min = 1, max = 16384), extend("x-draft" = "1"))]
     pub samples: u32,
     /// How faces that may cast shadow volumes are found; affects speed only. `candidates`:
@@ -61,6 +62,16 @@ pub struct Illuminate {
     /// around point lights; `All` faces. `contours`: of closed bodies, only faces turned to the
     /// light cast.
     pub less: Reductions,
+    /// How often light goes on from surface to surface before it is seen, 0 to 64: 0 is direct light
+    /// alone, 1 shows how walls light each other, and with 8 next to nothing is left to come in most
+    /// rooms. Then `ambient` is none if it is absent.
+    #[schemars(range(min = 0, max = 64), extend("x-draft" = "0"))]
+    pub bounces: u32,
+    /// How the light is found that surfaces send on. `Records(n)`: by n rays, 16 to 65536, at places
+    /// spread over each surface as finely as it varies there, and interpolated; with shadows that are
+    /// `Volumes` or `Analytic`, light of skies is found so too. `Rays(n)`: by n rays, 1 to 65536, from
+    /// each fragment: right in the mean, and grainy.
+    pub gather: Gather,
 }
 
 impl Default for Illuminate {
@@ -74,6 +85,8 @@ impl Default for Illuminate {
             shadows: None,
             samples: 16,
             less: Reductions::default(),
+            bounces: 0,
+            gather: Gather::default(),
         }
     }
 }
@@ -163,6 +176,15 @@ impl Node for Illuminate {
                 Err(FieldError::new("shadows", format!("Rays({n}): must be 1 to 16384")))
             }
             _ => Ok(()),
+        }?;
+        match self.gather {
+            Gather::Records(n) if !(16..=65536).contains(&n) => {
+                Err(FieldError::new("gather", format!("Records({n}): must be 16 to 65536")))
+            }
+            Gather::Rays(n) if !(1..=65536).contains(&n) => {
+                Err(FieldError::new("gather", format!("Rays({n}): must be 1 to 65536")))
+            }
+            _ => Ok(()),
         }
     }
 
@@ -204,7 +226,8 @@ impl Node for Illuminate {
                 lamp.name
             ));
         }
-        let above = above.unwrap_or(Color::grey(if around.is_some() { 0.0 } else { 0.1 }));
+        let has_more = around.is_some() || self.bounces > 0;
+        let above = above.unwrap_or(Color::grey(if has_more { 0.0 } else { 0.1 }));
         let mut shadows = self.shadows.unwrap_or(match environment {
             Some(known) if !known.shadows => {
                 inputs.note(
@@ -230,8 +253,11 @@ impl Node for Illuminate {
         let ambient = Ambient { above, below: self.ground.unwrap_or(above) };
         lamps.push(Lamp::new("own.ambient", true, Color::grey(white), Arc::new(ambient)));
         let Illuminate { samples, less, .. } = *self;
+        let bounces = Bounces::new(self.bounces, self.gather);
         let shaded = |shadows: Shadows, lamps: Vec<Lamp>| {
-            image.shaded(Arc::new(shade::Illuminate { lamps, white, shadows, samples, less }))
+            let bounces = bounces.clone();
+            let lit = shade::Illuminate { lamps, white, shadows, samples, less, bounces };
+            image.shaded(Arc::new(lit))
         };
         let mut lit = shaded(shadows, lamps.clone())?;
         if shadows != Shadows::Off
