@@ -97,9 +97,9 @@ fn a_wall_receives_of_a_floor_what_it_does_of_a_panel() {
     // Of the floor: albedo times illuminance, divided by pi, is its luminance.
     let panel = "\"light\": AreaLight(outline: [(-1, 0, 0.5), (-1, 0, 3), (1, 0, 3), (1, 0, 0.5)], luminance: 0.31830988618),";
     let sun = "\"light\": ParallelLight(direction: (0, -1, 0), illuminance: 1),";
-    // Records are as fine as pixels ask for, and smoothed by what their error says, which is more than it is.
+    // Records are as fine as pixels ask for.
     for (gather, rms, worst, rows) in
-        [("Rays(1024)", 0.02, 0.12, 36), ("Records(4096)", 0.03, 0.12, 72)]
+        [("Rays(1024)", 0.02, 0.12, 36), ("Records(4096)", 0.02, 0.05, 72)]
     {
         let expected = graph(panel, "\"wall\"", "shadows: Off", rows);
         let expected = picture(scratch.path(), &expected);

@@ -199,6 +199,11 @@ impl<'v> Fragments<'v> {
         self.ordinal.is_empty()
     }
 
+    /// How many surfaces send light to all sides on the way from them to the camera.
+    pub fn bounced(&self) -> u32 {
+        self.sight.as_ref().map_or(0, |sight| sight.bounced)
+    }
+
     /// Adds a fragment at a point in pixels with its depth.
     pub fn push(&mut self, ordinal: u32, sees_front: bool, x: f64, y: f64, depth: f64) {
         self.ordinal.push(ordinal);

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use super::follow::{Followed, Follower, Shading};
+use super::follow::{Followed, Follower, StackRun};
 use super::pattern::Pattern;
 use super::records::{Field, Fields};
 use crate::color::Color;
@@ -62,9 +62,9 @@ impl Bounces {
         Bounces { times, gather, fields: Arc::default() }
     }
 
-    /// What is known of a world under some lights, after so many bounces on the way to the camera.
-    pub(super) fn field(&self, key: Key, bounced: u32) -> Arc<Field> {
-        self.fields.of((key, bounced))
+    /// What is known under a key.
+    pub(super) fn field(&self, key: Key) -> Arc<Field> {
+        self.fields.of(key)
     }
 
     /// How many rays gather for a record, if records are made: fewer for what is seen by others alone.
@@ -193,9 +193,9 @@ impl Gatherer<'_> {
         let (turns, bounced) = (self.turns, self.bounced + 1);
         empty.sight = Some(Sight { turns, bounced, ..Sight::default() });
         let onward = std::slice::from_ref(&self.stage);
-        let shading =
-            Shading { empty: &empty, world: self.world, onward, batch: self.batch, key: None };
-        let shaded = shading.shade(&rays, &met);
+        let run =
+            StackRun { empty: &empty, world: self.world, onward, batch: self.batch, key: None };
+        let shaded = run.shade(&rays, &met);
         let lamps = self.lamps + 1;
         // What each ray finds: of the lamps one after the other, then of what glows.
         let mut found = vec![Color::BLACK; rays.len() * lamps];
@@ -212,31 +212,53 @@ impl Gatherer<'_> {
                 *sum = *sum + colors[i] * share;
             }
         });
-        let first = all.len();
-        all.resize(first + places.len(), Gathered::none(self.lamps, wants_tilt));
-        for (ray, found) in rays.iter().zip(found.chunks_exact(lamps)) {
-            let (place, gathered) = (&places[ray.from], &mut all[first + ray.from]);
-            for (lamp, color) in found.iter().enumerate() {
-                let part = *color * share;
-                gathered.light[lamp] = gathered.light[lamp] + part;
-                gathered.error[lamp] += color.luminance() * color.luminance();
-                if wants_tilt {
-                    let along = tilted(ray.direction, place.normal);
-                    for (tilt, along) in gathered.tilt[lamp].iter_mut().zip(along) {
+        for (at, place) in places.iter().enumerate() {
+            let part = at * count as usize..(at + 1) * count as usize;
+            let found = &found[part.start * lamps..part.end * lamps];
+            let mut gathered = Gathered::none(self.lamps, wants_tilt);
+            for (ray, found) in rays[part].iter().zip(found.chunks_exact(lamps)) {
+                let along = tilted(ray.direction, place.normal);
+                for (lamp, color) in found.iter().enumerate() {
+                    let part = *color * share;
+                    gathered.light[lamp] = gathered.light[lamp] + part;
+                    for (tilt, along) in
+                        gathered.tilt.get_mut(lamp).into_iter().flatten().zip(along)
+                    {
                         *tilt = *tilt + part * along;
                     }
                 }
             }
-        }
-        for gathered in &mut all[first..] {
-            for (light, error) in gathered.light.iter().zip(&mut gathered.error) {
-                let mean = light.luminance();
-                let variance = (*error * share - mean * mean).max(0.0);
-                // One ray says nothing of its error: as much as it found.
-                *error = if count > 1 { (variance / (count - 1) as f32).sqrt() } else { mean };
+            for (lamp, error) in gathered.error.iter_mut().enumerate() {
+                let of_rays = found[lamp..].iter().step_by(lamps).map(|color| color.luminance());
+                *error = standard_error(of_rays, count);
             }
+            all.push(gathered);
         }
     }
+}
+
+/// Into how many parts a pattern is divided to tell by how much its mean is off.
+const PARTS: u32 = 16;
+
+/// The standard error of the mean of what the points of a pattern give, by the means of its parts: each is spread as
+/// evenly as the whole. Taken point by point it would be several times too large.
+pub(super) fn standard_error(values: impl Iterator<Item = f32>, count: u32) -> f32 {
+    let parts = if count >= 2 * PARTS { PARTS } else { count };
+    let size = count / parts;
+    let (mut sums, mut sizes) = ([0.0f64; 2 * PARTS as usize], [0.0f64; 2 * PARTS as usize]);
+    for (k, value) in (0..count).zip(values) {
+        let part = (k / size).min(parts - 1) as usize;
+        sums[part] += f64::from(value);
+        sizes[part] += 1.0;
+    }
+    let mean = sums.iter().sum::<f64>() / f64::from(count);
+    // One says nothing of its error: as much as it is.
+    if parts < 2 {
+        return mean.abs() as f32;
+    }
+    let means = sums.iter().zip(&sizes).take(parts as usize).map(|(sum, size)| sum / size);
+    let squares: f64 = means.map(|part| (part - mean) * (part - mean)).sum();
+    (squares / f64::from(parts * (parts - 1))).sqrt() as f32
 }
 
 /// By how much light from a direction grows as a normal turns toward each axis, as a share of it; what grazes counts for

@@ -185,7 +185,7 @@ pub(super) struct ShadedSurfaces<'v> {
 }
 
 /// How what rays met is shaded.
-pub(super) struct Shading<'a, 'v> {
+pub(super) struct StackRun<'a, 'v> {
     /// What batches of it begin as.
     pub(super) empty: &'a Fragments<'v>,
     pub(super) world: &'a World,
@@ -196,7 +196,7 @@ pub(super) struct Shading<'a, 'v> {
     pub(super) key: Option<Key>,
 }
 
-impl<'v> Shading<'_, 'v> {
+impl<'v> StackRun<'_, 'v> {
     /// Runs what rays met through the stacks of its sources.
     pub(super) fn shade(&self, rays: &[Followed], met: &[Met]) -> ShadedSurfaces<'v> {
         let world = self.world;

@@ -2,6 +2,7 @@
 
 pub mod bounces;
 mod clipped;
+mod direct;
 pub mod display;
 pub mod fog;
 mod follow;
@@ -11,6 +12,7 @@ mod pattern;
 pub mod picture;
 pub mod recolor;
 mod records;
+mod reflected;
 pub mod stream;
 pub mod trace;
 

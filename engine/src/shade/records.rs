@@ -2,10 +2,10 @@
 //!
 //! Each plane has squares, divided into quarters where something stands nearer than they are wide, or where the light
 //! differs between their corners. Light is gathered at corners. What is known of a square or a corner is a function of
-//! nothing but the world, the plane and its place: so it is the same whoever asks first, and on any number of threads.
+//! nothing but the world, the eye, the plane and its place: so it is the same whoever asks first, and on any number of threads.
 //!
-//! Nothing is interpolated across what stands on a plane: of a square that something reaches into, a fragment takes the
-//! corners that it can see. One that sees none gathers by itself.
+//! Nothing is interpolated across what stands on a plane or close above it: of a square that something reaches into, a
+//! fragment takes the corners that it can see and that are covered as it is. One that has none gathers by itself.
 
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -53,16 +53,13 @@ const BEYOND: f64 = 1.01;
 
 const SHARDS: usize = 64;
 
-/// A world under lights, and how often light that is received there still goes on before it is seen.
-type FieldKey = (Key, u32);
-
-/// What is known of worlds under lights.
+/// What is known of worlds under lights, by what it is made of.
 #[derive(Debug, Default)]
-pub(super) struct Fields(Mutex<Vec<(FieldKey, Arc<Field>)>>);
+pub(super) struct Fields(Mutex<Vec<(Key, Arc<Field>)>>);
 
 impl Fields {
-    /// What is known of a world under some lights, nothing at first.
-    pub(super) fn of(&self, key: FieldKey) -> Arc<Field> {
+    /// What is known under a key, nothing at first.
+    pub(super) fn of(&self, key: Key) -> Arc<Field> {
         let mut fields = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, known)) = fields.iter().find(|(known, _)| *known == key) {
             return known.clone();
@@ -106,6 +103,8 @@ struct Square {
     is_near: bool,
     /// Whether something reaches into it.
     is_crossed: bool,
+    /// Whether something covers its corners from near above.
+    is_covered: [bool; 4],
     /// What is received at its corners: x, then y.
     corners: OnceLock<[Arc<Gathered>; 4]>,
 }
@@ -125,6 +124,11 @@ impl SurfacePlane {
     fn point(&self, at: DVec2) -> DVec3 {
         self.origin + self.axes[0] * at.x + self.axes[1] * at.y
     }
+
+    /// Whether something opaque stands above a point, nearer than squares are wide.
+    fn is_covered(&self, point: DVec3, width: f64, casters: &[(usize, &Casters)]) -> bool {
+        !is_open(casters, point, point + self.normal * width)
+    }
 }
 
 /// Who asks for light.
@@ -136,6 +140,11 @@ pub(super) struct Asked<'a> {
 }
 
 impl Asked<'_> {
+    /// Whether a face of a width is so small that records on its plane are of no use to a place on it.
+    pub(super) fn is_too_small(&self, width: Option<&f64>, place: &Place) -> bool {
+        width.is_some_and(|width| *width > 0.0 && *width < self.finest(place))
+    }
+
     /// The least width of squares for a place.
     fn finest(&self, place: &Place) -> f64 {
         match self.gatherer.bounced {
@@ -178,13 +187,17 @@ impl Field {
         let mut sum = Gathered::none(asked.gatherer.lamps, false);
         let mut all = 0.0f32;
         let turned = (place.normal - place.facing).to_array().map(|v| v as f32);
+        let here = plane.point(at);
+        let is_mixed = square.is_crossed || square.is_covered.iter().any(|it| *it);
+        let is_covered = is_mixed && plane.is_covered(here, width, asked.casters);
         for (k, (corner, weight)) in corners.iter().zip(weights).enumerate() {
-            if square.is_crossed {
+            // What lies under something has another light than what lies beside it.
+            let is_beside = || {
                 let there = corner_at(&plane, key, width, k);
-                let here = plane.point(at);
-                if !is_open(asked.casters, here, there) {
-                    continue;
-                }
+                is_covered == square.is_covered[k] && is_open(asked.casters, here, there)
+            };
+            if is_mixed && !is_beside() {
+                continue;
             }
             // A corner that lies just here counts for a little in any case.
             let weight = weight.max(1e-6) as f32;
@@ -206,13 +219,8 @@ impl Field {
         Some(sum)
     }
 
-    /// Whether a face is so small that records on its plane are of no use to a place on it.
-    pub(super) fn is_small(
-        &self,
-        (label, ordinal): (&str, u32),
-        place: &Place,
-        asked: &Asked<'_>,
-    ) -> bool {
+    /// The widths of a scene's faces; what lies on a face has none of its own.
+    pub(super) fn widths(&self, label: &str, asked: &Asked<'_>) -> &[f64] {
         let widths = self.widths.get_or_init(|| {
             let members = asked.gatherer.world.members();
             let of = |casters: &Casters| {
@@ -229,10 +237,7 @@ impl Field {
             let casters = asked.casters.iter();
             casters.map(|(member, casters)| (members[*member].label.clone(), of(casters))).collect()
         });
-        let finest = asked.finest(place);
-        let known = widths.get(label).and_then(|widths| widths.get(ordinal as usize));
-        // What lies on a face has no piece of its own.
-        known.is_some_and(|known| *known > 0.0 && *known < finest)
+        widths.get(label).map_or(&[], Vec::as_slice)
     }
 
     fn plane(&self, place: &Place, world: &World) -> Option<SurfacePlane> {
@@ -275,7 +280,10 @@ impl Field {
         };
         let is_near = stands(width * APART, width * APART);
         let is_crossed = is_near && stands(width * 1e-3, width * 0.05);
-        let made = Arc::new(Square { is_near, is_crossed, corners: OnceLock::new() });
+        let is_covered = std::array::from_fn(|k| {
+            is_near && plane.is_covered(corner_at(plane, key, width, k), width, asked.casters)
+        });
+        let made = Arc::new(Square { is_near, is_crossed, is_covered, corners: OnceLock::new() });
         let mut shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
         shard.entry(key).or_insert(made).clone()
     }
@@ -334,13 +342,18 @@ impl Field {
         let own = self.record(key, plane, asked);
         let width = plane.widest / f64::from(1u32 << key.level);
         let here = corner_at(plane, key, width, 0);
+        let is_covered = plane.is_covered(here, width, asked.casters);
         let mut sum = Gathered::none(asked.gatherer.lamps, true);
         let (mut all, mut squares) = (0.0f32, 0.0f32);
         for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
             let around = SquareKey { at: [key.at[0] + dx, key.at[1] + dy], ..key };
             let is_own = (dx, dy) == (0, 0);
             let there = corner_at(plane, around, width, 0);
-            if !is_own && !is_open(asked.casters, here, there) {
+            let is_beside = || {
+                is_open(asked.casters, here, there)
+                    && plane.is_covered(there, width, asked.casters) == is_covered
+            };
+            if !is_own && !is_beside() {
                 continue;
             }
             let record = if is_own { own.clone() } else { self.record(around, plane, asked) };

@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use super::follow::{Followed, Follower, Met, Shading};
+use super::follow::{Followed, Follower, Met, StackRun};
 use super::pattern::{Pattern, Spread};
 use crate::color::Color;
 use crate::fragment::{
@@ -183,13 +183,13 @@ impl Trace {
         (empty.pixel, empty.textures) = (fragments.pixel, fragments.textures);
         let before = fragments.sight.as_ref();
         let turns = before.map_or(0, |sight| sight.turns) + 1;
-        let bounced = before.map_or(0, |sight| sight.bounced);
+        let bounced = fragments.bounced();
         empty.sight = Some(Sight { turns, bounced, ..Sight::default() });
         empty.layers = fragments.layers.as_ref().map(|_| LightLayers::default());
         // What is done from here on to everything in the image.
         let onward = &around.stack[around.at..];
-        let shading = Shading { empty: &empty, world, onward, batch: around.batch, key: Some(key) };
-        let shaded = shading.shade(rays, met);
+        let run = StackRun { empty: &empty, world, onward, batch: around.batch, key: Some(key) };
+        let shaded = run.shade(rays, met);
         shaded.each(rays, |ray, share, seen| match seen {
             Some((seen, i)) => shown.add(ray.from, share, seen, i),
             None => shown.add_rest(ray.from, share * self.beyond(ray.direction)),

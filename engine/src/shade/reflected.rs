@@ -1,0 +1,236 @@
+//! What fragments receive of other surfaces, and of lamps that are found at records.
+
+use glam::DVec2;
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::bounces::{Bounces, Gather, Gathered, Gatherer, Place, standard_error, tilted};
+use super::direct::{GreyOrColors, Lighting, LitFragment, arriving, passes, wants_error};
+use super::illuminate::Illuminate;
+use super::pattern::Pattern;
+use super::records::Asked;
+use crate::color::Color;
+use crate::fragment::{Around, Fragments, Shading, Stage, World};
+use crate::key::{Key, KeyHasher};
+use crate::light::{Lamp, Light, Receiver};
+use crate::trace::Casters;
+
+/// What a fragment receives of other surfaces, of a lamp of unit strength or of what glows.
+#[derive(Debug)]
+pub(super) struct Reflected {
+    /// Irradiance in lux.
+    pub(super) light: GreyOrColors,
+    /// By how much it may be off. Empty if nobody asks, or by nothing.
+    pub(super) error: Vec<f32>,
+}
+
+impl Illuminate {
+    /// What fragments receive of other surfaces, and of lamps that are recorded: of each lamp that does not shine
+    /// everywhere, and then of what glows.
+    pub(super) fn reflected(
+        &self,
+        fragments: &Fragments<'_>,
+        around: &Around<'_>,
+    ) -> Vec<Arc<Reflected>> {
+        let bounced = fragments.bounced();
+        let Some(Stage::Shade(own)) = around.stack.get(around.at) else { return Vec::new() };
+        let is_recorded = |lamp: &Lamp| lamp.shines() && self.is_recorded(lamp);
+        let is_needed = bounced < self.bounces.times || self.lamps.iter().any(is_recorded);
+        let Some(world) = own.world().filter(|_| is_needed) else {
+            return Vec::new();
+        };
+        let goes_on = |lamp: &&Lamp| lamp.shines() && !lamp.light.is_everywhere();
+        let lamps: Vec<&Lamp> = self.lamps.iter().filter(goes_on).collect();
+        let wants_error = wants_error(fragments);
+        let key = |what: Key| {
+            let mut key = KeyHasher::new("reflected");
+            let Bounces { times, gather, .. } = self.bounces;
+            key.key(what).value(&(self.shadows, self.samples, times, gather, wants_error));
+            // Colours are read of all that is around.
+            key.key(world.key());
+            around.changes_before().for_each(|stage| {
+                key.key(stage.key());
+            });
+            key.finish()
+        };
+        let glow = Key::of_bytes(b"glow");
+        let keys: Vec<Key> = lamps.iter().map(|lamp| lamp.key()).chain([glow]).map(key).collect();
+        let mut known: Vec<Option<Arc<Reflected>>> = keys
+            .iter()
+            .map(|key| around.batch.kept(*key).and_then(|kept| kept.downcast().ok()))
+            .collect();
+        if known.iter().any(Option::is_none) {
+            let clock = Instant::now();
+            let missing: Vec<usize> = (0..lamps.len()).filter(|at| known[*at].is_none()).collect();
+            let made = self.gathered(
+                (&missing.iter().map(|at| lamps[*at]).collect::<Vec<_>>(), bounced),
+                (fragments, wants_error),
+                (around, world),
+            );
+            let seconds = clock.elapsed().as_secs_f64() / made.len() as f64;
+            for (at, made) in missing.into_iter().chain([lamps.len()]).zip(made) {
+                let bytes = made.light.bytes() + size_of_val(&*made.error);
+                let made = Arc::new(made);
+                around.batch.keep(keys[at], made.clone(), bytes, seconds);
+                known[at] = Some(made);
+            }
+        }
+        known.into_iter().flatten().collect()
+    }
+
+    /// What fragments receive of other surfaces of some lamps, and then of what glows.
+    fn gathered(
+        &self,
+        (lamps, bounced): (&[&Lamp], u32),
+        (fragments, wants_error): (&Fragments<'_>, bool),
+        (around, world): (&Around<'_>, &Arc<World>),
+    ) -> Vec<Reflected> {
+        let batch = around.batch;
+        let stage = if bounced > 0 {
+            // They have unit strength already.
+            around.stack[around.at].clone()
+        } else {
+            let unit = |(number, lamp): (usize, &&Lamp)| {
+                Lamp::new(number.to_string(), true, Color::WHITE, lamp.light.clone())
+            };
+            let lamps = lamps.iter().enumerate().map(unit).collect();
+            let unit = Illuminate { lamps, white: 1.0, ..self.clone() };
+            Stage::Shade(Shading::new(Arc::new(unit), || world.clone()))
+        };
+        let gatherer = Gatherer {
+            world,
+            stage,
+            lamps: lamps.len(),
+            like: fragments,
+            batch,
+            turns: fragments.sight.as_ref().map_or(0, |sight| sight.turns),
+            bounced,
+        };
+        let place = |i: usize| {
+            let spot = LitFragment::new(fragments, i);
+            let sight = fragments.sight.as_ref();
+            Place {
+                position: spot.receiver.position,
+                facing: spot.facing,
+                normal: spot.receiver.normal,
+                screen: DVec2::new(fragments.x[i], fragments.y[i]),
+                before: sight.map_or(0.0, |sight| sight.before[i]) + fragments.way(i).2,
+                width: fragments.width(i),
+                weight: sight.map_or(Color::WHITE, |sight| sight.weight[i]),
+                pattern: Pattern::of(fragments, i),
+            }
+        };
+        let goes_on = bounced < self.bounces.times;
+        let recorded: Vec<usize> =
+            (0..lamps.len()).filter(|lamp| self.is_recorded(lamps[*lamp])).collect();
+        let lit: Vec<usize> = (0..fragments.len()).filter(|i| !fragments.unlit[*i]).collect();
+        let count = lamps.len() + 1;
+        let mut light = vec![vec![Color::BLACK; fragments.len()]; count];
+        let mut error = vec![vec![0.0f32; if wants_error { fragments.len() } else { 0 }]; count];
+        let mut take = |i: usize, found: &Gathered| {
+            for (lamp, color) in found.light.iter().enumerate() {
+                light[lamp][i] = light[lamp][i] + *color;
+                if wants_error {
+                    error[lamp][i] += found.error[lamp];
+                }
+            }
+        };
+        // From the first surface on, one ray is enough for each that comes.
+        let mut rays = match self.bounces.gather {
+            Gather::Rays(rays) if bounced == 0 => rays,
+            _ => 1,
+        };
+        let mut by_itself = lit;
+        if let Some(count) = self.bounces.records(bounced) {
+            let mut key = KeyHasher::new("field");
+            // Pictures may look different to others, who resolve the same image.
+            key.key(gatherer.stage.key()).value(&(bounced, fragments.textures));
+            let field = self.bounces.field(key.finish());
+            let casters: Vec<_> = world.casters().collect();
+            let receives = |place: &Place| {
+                let mut all = match goes_on {
+                    true => gatherer.gather(std::slice::from_ref(place), count, true).pop(),
+                    false => None,
+                };
+                let all = all.get_or_insert_with(|| Gathered::none(lamps.len(), true));
+                for lamp in &recorded {
+                    let light = &*lamps[*lamp].light;
+                    of_sky(light, place, (world, &casters, fragments), (count, *lamp), all);
+                }
+                std::mem::take(all)
+            };
+            let asked = Asked { gatherer: &gatherer, casters: &casters, receives: &receives };
+            let turns = !fragments.cards.is_empty();
+            let widths = field.widths(&fragments.label, &asked);
+            by_itself.retain(|i| {
+                let place = place(*i);
+                let width = widths.get(fragments.ordinal[*i] as usize);
+                if turns || asked.is_too_small(width, &place) {
+                    return true;
+                }
+                let found = field.at(&place, &asked);
+                found.iter().for_each(|found| take(*i, found));
+                found.is_none()
+            });
+            rays = if bounced == 0 { self.samples } else { 1 };
+            for lamp in &recorded {
+                let lighting = Lighting::new(self, lamps[*lamp], fragments, around);
+                for i in &by_itself {
+                    let one = lighting.of(*i);
+                    let mut found = Gathered::none(lamps.len(), false);
+                    (found.light[*lamp], found.error[*lamp]) = (one.diffuse, one.error);
+                    take(*i, &found);
+                }
+            }
+        }
+        if goes_on {
+            let places: Vec<Place> = by_itself.iter().map(|i| place(*i)).collect();
+            for (i, found) in by_itself.iter().zip(gatherer.gather(&places, rays, false)) {
+                take(*i, &found);
+            }
+        }
+        let all = light.into_iter().zip(error);
+        all.map(|(light, error)| Reflected { light: GreyOrColors::new(light), error }).collect()
+    }
+}
+
+/// Adds what a place receives of a sky, by samples of it.
+fn of_sky(
+    light: &dyn Light,
+    place: &Place,
+    (world, casters, like): (&World, &[(usize, &Casters)], &Fragments<'_>),
+    (count, lamp): (u32, usize),
+    all: &mut Gathered,
+) {
+    let receiver = Receiver { position: place.position, normal: place.normal };
+    let whole = light.irradiance(&receiver);
+    let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
+    let mut tilts = [Color::BLACK; 3];
+    let mut parts = Vec::with_capacity(count as usize);
+    for k in 0..count {
+        let sample = light.sample(&receiver, place.pattern.at(k));
+        let way = sample.toward.from(place.position).0.normalize_or_zero();
+        let plane = (place.facing, place.position);
+        let lit = match way.dot(place.facing) > 0.0 {
+            true => passes(world, casters, like, plane, (place.position, sample.toward, 0.0)),
+            false => 0.0,
+        };
+        let part = sample.irradiance * lit;
+        parts.push([sample.irradiance, part].map(Color::luminance));
+        (open, reaches) = (open + sample.irradiance, reaches + part);
+        for (tilt, along) in tilts.iter_mut().zip(tilted(way, place.normal)) {
+            *tilt = *tilt + part * along;
+        }
+    }
+    all.light[lamp] = all.light[lamp] + arriving(whole, open, reaches);
+    for (own, tilt) in all.tilt[lamp].iter_mut().zip(tilts) {
+        *own = *own + arriving(whole, open, tilt);
+    }
+    // Of a ratio, what is left of each part when the ratio is taken away.
+    let ratio = reaches.luminance() / open.luminance().max(f32::MIN_POSITIVE);
+    let left = parts.iter().map(|[open, reaches]| reaches - ratio * open);
+    let mean = open.luminance() / count as f32;
+    if mean > 0.0 {
+        all.error[lamp] += standard_error(left, count) / mean * whole.luminance();
+    }
+}
