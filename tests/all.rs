@@ -72,6 +72,7 @@ mod text_art;
 mod texture_memory;
 mod textures;
 mod traced;
+mod transmitted;
 mod unattended;
 mod volumes;
 mod wires;

@@ -48,7 +48,13 @@ fn tree() -> Arc<Image> {
 
 fn trees(places: &[Tree], pictures: &[Arc<Image>], view: &View, lit: bool) -> SpanImage {
     let subjects = pictures.iter().map(|picture| Subject::new(picture).unwrap()).collect();
-    let stand = BillboardsOptions { label: "trees".to_owned(), color: Color::WHITE, lit };
+    let stand = BillboardsOptions {
+        label: "trees".to_owned(),
+        color: Color::WHITE,
+        lit,
+        crown: 0.0,
+        transmit: Color::BLACK,
+    };
     let rows = 0..view.raster().height;
     let plan = RULE.plan().unwrap();
     billboards::image(subjects, places.to_vec(), stand, view, plan, rows).unwrap()
@@ -457,7 +463,13 @@ fn pictures_without_a_subject_and_trees_without_a_picture_are_told() {
     assert!(Subject::new(&bad).unwrap_err().to_string().contains("pixel 0, 0"));
     let camera = view(v(0.0, 2.0, 12.0), v(0.0, 2.0, 0.0), (8, 8));
     let made = |tree_: Tree| {
-        let stand = BillboardsOptions { label: "trees".to_owned(), color: Color::WHITE, lit: true };
+        let stand = BillboardsOptions {
+            label: "trees".to_owned(),
+            color: Color::WHITE,
+            lit: true,
+            crown: 0.0,
+            transmit: Color::BLACK,
+        };
         let subjects = vec![Subject::new(&tree()).unwrap()];
         billboards::image(subjects, vec![tree_], stand, &camera, RULE.plan().unwrap(), 0..8)
             .map(drop)

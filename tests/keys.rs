@@ -224,6 +224,7 @@ fn others(kind: &str, field: &str, is: &str, default: Option<&str>) -> Vec<Strin
         ("Background", "gradient") => &["[(0, \"#102030\"), (90, \"#405060\")]"],
         ("Background", "by") => &["Stretch"],
         ("Billboards", "trees") => &["[(0, (0, 0, 0), 2)]"],
+        ("Billboards", "crown") => &["0.2"],
         ("Billboards", "rows") => {
             &["[(along: [(-1, 0, 0), (1, 0, 0)], every: 1, heights: (1, 2))]"]
         }

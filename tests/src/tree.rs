@@ -7,6 +7,7 @@
 
 use glam::{DVec3, dvec3 as v};
 use spandrel_engine::color::Color;
+use spandrel_engine::fragment::Finish;
 use spandrel_engine::key::Key;
 use spandrel_engine::scene::{Document, Face, Material, Mesh, Object, Plan, Scene, Shape, Sides};
 use std::f64::consts::TAU;
@@ -117,12 +118,20 @@ impl Tree<'_> {
 /// # Panics
 /// Never: its faces are sound.
 pub fn grow(kind: &Kind) -> Arc<Scene> {
+    grow_leaves(kind, Color::BLACK)
+}
+
+/// A tree whose leaves let light through from their backs.
+///
+/// # Panics
+/// Never: its faces are sound.
+pub fn grow_leaves(kind: &Kind, transmit: Color) -> Arc<Scene> {
     let (mesh, random) = (Mesh::default(), Random::new(kind.seed));
     let mut tree = Tree { kind, mesh, random };
     // A trunk, and what grows from it, scaled to its height at the end.
     tree.branch(DVec3::ZERO, DVec3::Y, kind.trunk, 0.075, kind.levels);
     let [a, b, c] = kind.green;
-    scene(tree.mesh, kind.name, kind.height, [a, b, c, kind.bark])
+    scene(tree.mesh, (kind.name, kind.height), [a, b, c, kind.bark], transmit)
 }
 
 /// A tuft of grass, a metre wide: blades that bend, some with ears.
@@ -153,11 +162,16 @@ pub fn grass() -> Arc<Scene> {
         }
     }
     let colors = [[0.17, 0.26, 0.06], [0.24, 0.31, 0.09], [0.36, 0.34, 0.15], [0.2, 0.2, 0.1]];
-    scene(mesh, "grass", 0.5, colors.map(|[r, g, b]| Color::new(r, g, b)))
+    scene(mesh, ("grass", 0.5), colors.map(|[r, g, b]| Color::new(r, g, b)), Color::BLACK)
 }
 
 /// A scene of leaves of three colours and bark, so high.
-fn scene(mut mesh: Mesh, name: &str, height: f64, colors: [Color; 4]) -> Arc<Scene> {
+fn scene(
+    mut mesh: Mesh,
+    (name, height): (&str, f64),
+    colors: [Color; 4],
+    transmit: Color,
+) -> Arc<Scene> {
     let top = mesh.points.iter().map(|p| p.y).fold(0.0, f64::max);
     mesh.points.iter_mut().for_each(|p| *p *= height / top);
     mesh.materials = ["leaf 0", "leaf 1", "leaf 2", "bark"].map(String::from).to_vec();
@@ -166,9 +180,13 @@ fn scene(mut mesh: Mesh, name: &str, height: f64, colors: [Color; 4]) -> Arc<Sce
         ..Plan::default()
     });
     for (name, color) in ["leaf 0", "leaf 1", "leaf 2", "bark"].into_iter().zip(colors) {
-        document.materials.insert(name.to_owned(), Material { color, ..Material::default() });
+        let transmit = if name == "bark" { Color::BLACK } else { transmit };
+        let finish = Finish { transmit, ..Finish::default() };
+        document
+            .materials
+            .insert(name.to_owned(), Material { color, finish, ..Material::default() });
     }
-    let key = Key::of(&name);
+    let key = Key::of(&(name, transmit));
     Arc::new(Scene::new(&document, None, name, key, Path::new("")).expect("a tree"))
 }
 

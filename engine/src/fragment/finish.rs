@@ -13,6 +13,10 @@ pub struct Finish {
     pub ambient: f32,
     /// Share of all other light that its colour reflects to all sides, in [0, 1].
     pub diffuse: f32,
+    /// Light on its back comes through to all sides, as leaves and paper let it: as a share of what `color` and `diffuse`
+    /// would send back of it, each in [0, 1]. It casts the same shadow.
+    #[serde(skip_serializing_if = "is_black")]
+    pub transmit: Color,
     /// What shines on it.
     #[serde(skip_serializing_if = "is_matt")]
     pub gloss: Gloss,
@@ -82,6 +86,11 @@ impl Finish {
         self.gloss != Gloss::None
     }
 
+    /// Whether light on its back comes through.
+    pub fn transmits(&self) -> bool {
+        self.transmit != Color::BLACK
+    }
+
     /// Whether all numbers are in range.
     ///
     /// # Errors
@@ -92,6 +101,9 @@ impl Finish {
             false => Err(Error::invalid(format!("{what} is {value}: must be 0 to 1"))),
         };
         share("diffuse", self.diffuse)?;
+        if !self.transmit.to_array().iter().all(|share| (0.0..=1.0).contains(share)) {
+            return Err(Error::invalid("transmit must be 0 to 1"));
+        }
         if !(self.ambient.is_finite() && self.ambient >= 0.0) {
             return Err(Error::invalid(format!("ambient is {}: must be 0 or more", self.ambient)));
         }
@@ -121,6 +133,10 @@ impl Finish {
     }
 }
 
+fn is_black(color: &Color) -> bool {
+    *color == Color::BLACK
+}
+
 /// Matt surfaces say nothing of gloss: RON has another `None`.
 fn is_matt(gloss: &Gloss) -> bool {
     *gloss == Gloss::None
@@ -132,6 +148,7 @@ impl Default for Finish {
         Finish {
             ambient: 1.0,
             diffuse: 1.0,
+            transmit: Color::BLACK,
             gloss,
             glow,
             is_lamp: false,

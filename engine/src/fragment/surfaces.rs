@@ -81,6 +81,11 @@ pub trait RayTarget {
         None
     }
 
+    /// Whether a face may let light through that falls on its back ([`Finish::transmit`](crate::fragment::Finish)).
+    fn transmits(&self, _ordinal: u32) -> bool {
+        false
+    }
+
     /// The part of one of the [casters'](RayTarget::casters) faces that is seen at a point from the front or
     /// the back: the face or a seal on it. `None` if it is not there from that side.
     fn met(&self, face: u32, _sees_front: bool, _point: DVec3) -> Option<u32> {
@@ -149,6 +154,11 @@ impl dyn Surfaces {
     /// The card that a face is, if it turns to whoever looks at it.
     pub fn card(&self, ordinal: u32) -> Option<Card> {
         self.rays()?.card(ordinal)
+    }
+
+    /// Whether a face may let light through that falls on its back.
+    pub fn transmits(&self, ordinal: u32) -> bool {
+        self.rays().is_some_and(|rays| rays.transmits(ordinal))
     }
 
     /// How much a face hides of what is behind it where a ray meets it, in [0, 1].

@@ -11,7 +11,7 @@ use std::sync::{Arc, OnceLock};
 use crate::camera::View;
 use crate::color::Color;
 use crate::error::{Error, FirstError, Result};
-use crate::fragment::{Columns, Fragments, Meeting, Provenance, RayTarget, Surfaces};
+use crate::fragment::{Columns, Finish, Fragments, Meeting, Provenance, RayTarget, Surfaces};
 use crate::image::texels::Texels;
 use crate::image::{Coded, Codes, Coding, Image, Layout};
 use crate::key::KeyHasher;
@@ -148,6 +148,10 @@ pub struct BillboardsOptions {
     pub color: Color,
     /// Whether lights light them; else they show the photograph as it is.
     pub lit: bool,
+    /// How round they are in the light, in \[0, 1]: at 1 as a crown is, at 0 as flat as their cards.
+    pub crown: f32,
+    /// How much of the light from behind comes through their leaves, as a share of what these send back.
+    pub transmit: Color,
 }
 
 #[derive(Debug)]
@@ -176,7 +180,7 @@ pub fn image(
     subjects.iter().for_each(|subject| {
         key.key(subject.source.key);
     });
-    key.value(&(stand.color, stand.lit));
+    key.value(&(stand.color, stand.lit, stand.crown, stand.transmit));
     let mut cards = Vec::with_capacity(trees.len());
     for (number, tree) in trees.iter().enumerate() {
         let Some(subject) = subjects.get(tree.picture as usize) else {
@@ -235,6 +239,24 @@ impl Billboards {
         (turned, turned.right.cross(turned.up))
     }
 
+    /// The normal of a fragment: as of a ball that fills the card, as far as the crown is round.
+    fn normal(&self, fragments: &Fragments<'_>, i: usize, facing: DVec3) -> DVec3 {
+        // Leaves lie all ways: what is seen of them is open to the sky as well.
+        let flat = (facing + DVec3::Y).normalize_or(facing);
+        let round = f64::from(self.stand.crown);
+        if round <= 0.0 {
+            return flat;
+        }
+        let card = &self.cards[fragments.ordinal[i] as usize];
+        let (Turned { middle, right, up }, _) = self.turned(fragments, i);
+        let way = fragments.point(i) - middle;
+        let place = DVec2::new(way.dot(right) / card.half_width, way.dot(up) / card.height * 2.0);
+        let place = place.clamp_length_max(1.0);
+        let out = (1.0 - place.length_squared()).max(0.0).sqrt();
+        let ball = right * place.x + up * place.y + facing * out;
+        flat.lerp(ball, round).normalize_or(flat)
+    }
+
     /// What a fragment covers of its picture.
     fn footprint(&self, fragments: &Fragments<'_>, i: usize) -> Footprint {
         let number = fragments.ordinal[i] as usize;
@@ -271,14 +293,17 @@ impl Surfaces for Billboards {
                 fragments.alpha.push(a.clamp(0.0, 1.0));
                 fragments.unlit.push(!self.stand.lit);
             }
+            if wanted.contains(Columns::FINISH) {
+                let transmit = self.stand.transmit;
+                fragments.finish.push(Finish { transmit, ..Finish::default() });
+            }
             if wanted.meets(Columns::NORMAL | Columns::FACING) {
                 let (_, facing) = self.turned(fragments, i);
                 if wanted.contains(Columns::FACING) {
                     fragments.facing.push(facing);
                 }
                 if wanted.contains(Columns::NORMAL) {
-                    // Leaves lie all ways: what is seen of them is open to the sky as well.
-                    fragments.normal.push((facing + DVec3::Y).normalize_or(facing).as_vec3());
+                    fragments.normal.push(self.normal(fragments, i, facing).as_vec3());
                 }
             }
         }
@@ -286,7 +311,10 @@ impl Surfaces for Billboards {
     }
 
     fn varying(&self, _: u32) -> Columns {
-        Columns::COLOR
+        match self.stand.crown > 0.0 {
+            true => Columns::COLOR | Columns::NORMAL,
+            false => Columns::COLOR,
+        }
     }
 
     fn object(&self, ordinal: u32) -> String {
@@ -316,6 +344,10 @@ impl RayTarget for Billboards {
             builder.finish()
         };
         self.casters.get_or_init(make)
+    }
+
+    fn transmits(&self, _: u32) -> bool {
+        self.stand.transmit != Color::BLACK
     }
 
     fn card(&self, ordinal: u32) -> Option<Card> {

@@ -129,12 +129,20 @@ impl Scene {
     /// Colours of surfaces that nobody means: they would send back more light than they receive.
     fn bright_colors(&self) -> Vec<String> {
         let named = self.material_names.iter().zip(&self.materials);
-        let bright = named.filter(|(_, of)| !of.unlit && of.color.greatest() > 1.0);
+        let sent = |of: &Material| {
+            let through = Color::WHITE + of.finish.transmit;
+            match of.finish.transmits() {
+                true => of.color * through * of.finish.diffuse,
+                false => of.color,
+            }
+        };
+        let bright = named.filter(|(_, of)| !of.unlit && sent(of).greatest() > 1.0);
         let told = bright.map(|(name, material)| {
             let color = material.color.to_array().map(|v| v.to_string()).join(", ");
             format!(
                 "material \"{name}\": the colour ({color}) sends back more light than it receives: a surface's \
-                 colour is 0 to 1; what shines of itself is `unlit`, or has a `glow` in its `finish`"
+                 colour is 0 to 1, less where its `finish` has `transmit`; what shines of itself is `unlit`, or has a \
+                 `glow` in its `finish`"
             )
         });
         told.collect()

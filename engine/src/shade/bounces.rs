@@ -52,7 +52,7 @@ pub enum Gather {
 
 impl Default for Gather {
     fn default() -> Gather {
-        Gather::Records(256)
+        Gather::Records(64)
     }
 }
 

@@ -49,11 +49,10 @@ pub(super) fn irradiance(
         let mut parts = vec![SourcePart { points: seen, through: 1.0 }];
         for (member, casters) in casters {
             let surfaces = &*world.members()[*member].surfaces;
-            let mut is_too_much = false;
-            casters.within(&shaft, |piece| {
+            let is_too_much = casters.any_within(&shaft, |piece| {
                 let is_nothing = casters.pieces()[piece].opacity == 0.0;
-                if is_nothing || is_too_much || parts.is_empty() {
-                    return;
+                if is_nothing || parts.is_empty() {
+                    return false;
                 }
                 // Where it differs from place to place how much a piece holds back, parts have no one answer.
                 let differs = casters.pieces()[piece].opacity.is_nan();
@@ -64,11 +63,11 @@ pub(super) fn irradiance(
                 if shaft.planes.iter().any(is_outside)
                     || shadow::lies_in(casters, piece, (facing, here))
                 {
-                    return;
+                    return false;
                 }
                 let normal = casters.normal(piece, Toward::Point(here));
                 if !cone.behind(normal, corners.map(|corner| corner - here)) {
-                    return;
+                    return false;
                 }
                 // From the end: what is put there is outside of the cone, or what comes through it.
                 for i in (0..parts.len()).rev() {
@@ -76,8 +75,7 @@ pub(super) fn irradiance(
                         continue;
                     }
                     if differs {
-                        is_too_much = true;
-                        return;
+                        return true;
                     }
                     let SourcePart { points, through } = parts.swap_remove(i);
                     let inside =
@@ -92,7 +90,7 @@ pub(super) fn irradiance(
                         parts.push(SourcePart { points, through });
                     }
                 }
-                is_too_much = parts.len() > MOST_PARTS;
+                parts.len() > MOST_PARTS
             });
             if is_too_much {
                 return None;

@@ -1,6 +1,7 @@
 //! What fragments receive of a lamp itself (\[N], "Illuminance calculation").
 
 use glam::{DVec2, DVec3};
+use std::cell::Cell;
 
 use super::illuminate::{Illuminate, Shadows};
 use super::pattern::{Pattern, Spread};
@@ -116,6 +117,9 @@ impl Deviation {
     }
 }
 
+/// Of how many parts of a source one is chosen.
+const CANDIDATES: usize = 8;
+
 /// One light on one batch of fragments.
 pub(super) struct Lighting<'a> {
     light: &'a dyn Light,
@@ -134,6 +138,7 @@ pub(super) struct Lighting<'a> {
     is_clipped: bool,
     /// Whether anything mirrors the light.
     shines: bool,
+    blocker: Blocker,
 }
 
 impl<'a> Lighting<'a> {
@@ -170,8 +175,10 @@ impl<'a> Lighting<'a> {
             world,
             casters: world.into_iter().flat_map(World::casters).collect(),
             samples: samples.max(1),
-            is_clipped: shader.shadows == Shadows::Analytic,
+            // Of what others see one part of a source is enough: it is one of many.
+            is_clipped: shader.shadows == Shadows::Analytic && !is_sent_on,
             shines: light.is_mirrored() && !is_sent_on && shines(fragments),
+            blocker: Blocker::default(),
         }
     }
 
@@ -193,9 +200,22 @@ impl<'a> Lighting<'a> {
         Received { diffuse: GreyOrColors::new(diffuse), gloss, error }
     }
 
-    /// What a fragment receives.
+    /// What a fragment receives, on its back too if that comes through.
     pub(super) fn of(&self, i: usize) -> ReceivedByOne {
         let spot = LitFragment::new(self.fragments, i);
+        let mut all = self.on_side(&spot, i);
+        let through = spot.transmit();
+        // Light from everywhere is on both sides: how much of it is sent back is one number.
+        let back = spot.behind().filter(|_| !self.light.is_everywhere());
+        if let Some(back) = back.map(|back| self.on_side(&back, i)) {
+            all.diffuse = all.diffuse + back.diffuse * through;
+            all.error += back.error * through.luminance();
+        }
+        all
+    }
+
+    /// What one side of a fragment receives.
+    pub(super) fn on_side(&self, spot: &LitFragment, i: usize) -> ReceivedByOne {
         let whole = self.light.irradiance(&spot.receiver);
         // No light from behind a face, whatever its interpolated normal says; leaves lie all ways.
         let is_behind = |toward| self.fragments.cards.is_empty() && !spot.faces(toward);
@@ -204,14 +224,14 @@ impl<'a> Lighting<'a> {
         if whole == Color::BLACK || self.light.is_everywhere() {
             return ReceivedByOne { diffuse: whole, ..ReceivedByOne::default() };
         }
-        if let Some(diffuse) = self.clipped(&spot) {
+        if let Some(diffuse) = self.clipped(spot) {
             let shines = self.shines && spot.finish.shines();
-            let gloss = shines.then(|| self.by_samples(&spot, i, whole).gloss);
+            let gloss = shines.then(|| self.by_samples(spot, i, whole).gloss);
             return ReceivedByOne { diffuse, gloss: gloss.unwrap_or_default(), error: 0.0 };
         }
         let is_soft = self.from.is_none();
         if self.world.is_some() || (self.shines && is_soft) {
-            return self.by_samples(&spot, i, whole);
+            return self.by_samples(spot, i, whole);
         }
         let lit = self.exact.as_ref().map_or(1.0, |exact| exact[i]);
         let sent = match self.shines {
@@ -242,9 +262,13 @@ impl<'a> Lighting<'a> {
         let mut spread_of = Deviation::default();
         let mut sent = [Color::BLACK; 2];
         let width = fragments.width(i);
+        let is_one_of_many = samples == 1 && fragments.bounced() > 0 && self.from.is_none();
         for k in 0..samples {
             let choice = pattern.at(k);
-            let sample = self.light.sample(&spot.receiver, choice);
+            let sample = match is_one_of_many {
+                true => self.likely(&spot.receiver, &pattern),
+                false => self.light.sample(&spot.receiver, choice),
+            };
             let lit = match self.world {
                 None => 1.0,
                 Some(world) => {
@@ -257,7 +281,8 @@ impl<'a> Lighting<'a> {
                     };
                     if turn.is_some() || spot.faces(sample.toward) {
                         let way = (from, sample.toward, width);
-                        passes(world, &self.casters, fragments, plane, way)
+                        let around = (world, &*self.casters, fragments);
+                        passes(around, plane, way, &self.blocker)
                     } else {
                         0.0
                     }
@@ -275,6 +300,22 @@ impl<'a> Lighting<'a> {
         let error =
             if self.world.is_some() { spread_of.of_share() * whole.luminance() } else { 0.0 };
         ReceivedByOne { diffuse, gloss: sent.map(|part| part * (1.0 / samples as f32)), error }
+    }
+}
+
+impl Lighting<'_> {
+    /// One of a few parts of the source, chosen as often as it is bright at a receiver (resampling: Talbot, Cline and
+    /// Egbert 2005). The ratio of one evenly chosen part would be off in the mean, which many rays do not mend.
+    fn likely(&self, receiver: &Receiver, pattern: &Pattern) -> Sample {
+        let parts: [Sample; CANDIDATES] =
+            std::array::from_fn(|k| self.light.sample(receiver, pattern.at(k as u32)));
+        let sum: f32 = parts.iter().map(|part| part.irradiance.luminance()).sum();
+        let mut left = pattern.chance() * sum;
+        let chosen = parts.iter().position(|part| {
+            left -= part.irradiance.luminance();
+            left < 0.0
+        });
+        parts[chosen.unwrap_or(0)]
     }
 }
 
@@ -311,6 +352,22 @@ impl LitFragment {
         LitFragment { receiver: Receiver { position, normal }, facing, to_eye, finish }
     }
 
+    /// Its back, if what falls on it comes through; that does not shine.
+    pub(super) fn behind(&self) -> Option<LitFragment> {
+        let Receiver { position, normal } = self.receiver;
+        self.finish.transmits().then(|| LitFragment {
+            receiver: Receiver { position, normal: -normal },
+            facing: -self.facing,
+            to_eye: self.to_eye,
+            finish: Finish { gloss: Gloss::None, ..self.finish },
+        })
+    }
+
+    /// By how much what falls on its back is multiplied that comes through.
+    pub(super) fn transmit(&self) -> Color {
+        self.finish.transmit
+    }
+
     /// What its gloss sends to the eye of a part of a source.
     fn sent(&self, sample: &Sample) -> [Color; 2] {
         gloss::sent(self.finish, &self.receiver, self.to_eye, sample)
@@ -322,23 +379,38 @@ impl LitFragment {
     }
 }
 
+/// The opaque piece that last stood in a way, by its scene's place among those that cast: it may stand in the next.
+#[derive(Debug, Default)]
+pub(super) struct Blocker(Cell<Option<(usize, usize)>>);
+
 /// How much of the light on a way to a plane arrives, which is so wide where it starts: what stands in it holds back
 /// its share.
 pub(super) fn passes(
-    world: &World,
-    casters: &[(usize, &Casters)],
-    fragments: &Fragments<'_>,
+    (world, casters, fragments): (&World, &[(usize, &Casters)], &Fragments<'_>),
     plane: (DVec3, DVec3),
     (from, toward, width): (DVec3, Toward, f64),
+    blocker: &Blocker,
 ) -> f32 {
     let (way, reach) = toward.from(from);
     // The light's own surface, at the end of the way, is not in it.
     let ray = Ray::new(from, way, reach * (1.0 - 1e-9));
+    let is_in_it = |(place, piece): (usize, usize)| {
+        let casters = casters[place].1;
+        casters.meet(piece, &ray).is_some() && !shadow::lies_in(casters, piece, plane)
+    };
+    if blocker.0.get().is_some_and(is_in_it) {
+        return 0.0;
+    }
     let mut through = 1.0f32;
-    for (member, casters) in casters {
+    for (place, (member, casters)) in casters.iter().enumerate() {
         casters.meet_all(&ray, |hit| {
             if shadow::lies_in(casters, hit.piece, plane) {
                 return true;
+            }
+            if casters.pieces()[hit.piece].opacity == 1.0 {
+                blocker.0.set(Some((place, hit.piece)));
+                through = 0.0;
+                return false;
             }
             let surfaces = &*world.members()[*member].surfaces;
             let met = || {

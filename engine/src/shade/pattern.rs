@@ -91,6 +91,13 @@ impl Pattern {
         Pattern([next(), next()])
     }
 
+    /// A number in [0, 1) that no point of the pattern tells anything of.
+    pub(super) fn chance(&self) -> f32 {
+        let [a, b] = self.0;
+        let Pattern([chance, _]) = Pattern::from_seed(u64::from(a) << 32 | u64::from(b));
+        (chance >> 8) as f32 / (1u32 << 24) as f32
+    }
+
     pub(super) fn at(&self, k: u32) -> DVec2 {
         let mut second = 0u32;
         let (mut bits, mut direction) = (k, 1u32 << 31);

@@ -4,8 +4,14 @@
 //! differs between their corners. Light is gathered at corners. What is known of a square or a corner is a function of
 //! nothing but the world, the eye, the plane and its place: so it is the same whoever asks first, and on any number of threads.
 //!
+//! A corner between others is first predicted from those of the squares before they were divided, and what is gathered
+//! there changes that as far as it differs by more than noise (as wavelets are shrunk: Donoho and Johnstone 1994). So
+//! where light is even, fine squares add no noise and meet wide ones without a seam. Wide squares are few, and their
+//! corners take more rays.
+//!
 //! Nothing is interpolated across what stands on a plane or close above it: of a square that something reaches into, a
-//! fragment takes the corners that it can see and that are covered as it is. One that has none gathers by itself.
+//! fragment takes the corners that it can see and that are covered as it is. One that has none gathers by itself. Faces
+//! that are hardly wider than a pixel have one record each.
 
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
@@ -17,6 +23,7 @@ use super::pattern::Pattern;
 use crate::color::Color;
 use crate::fragment::World;
 use crate::key::Key;
+use crate::math;
 use crate::polygon::split;
 use crate::trace::{Casters, Ray, Shaft, Toward};
 
@@ -38,8 +45,26 @@ const DIFFERS: f32 = 0.12;
 /// By how much it may differ in the middle from the mean of the corners, as a share of that.
 const BENDS: f32 = 0.02;
 
-/// Records that differ by no more than this many standard errors count as the same light.
+/// What is gathered counts as what was predicted if it differs by no more than this many standard errors.
+const NOISE: f32 = 1.0;
+
+/// By how much what is gathered at corners beside each other may differ, in standard errors, to be averaged.
 const ALIKE: f32 = 2.5;
+
+/// By which power of the number of rays errors fall: that of chance, as an even pattern does at edges of light.
+const FALLS: f32 = 0.5;
+
+/// The widest squares of a face, in widths of the face.
+const AROUND: f64 = 2.0;
+
+/// How many times as many rays the corners of wide squares take at most.
+const MOST_RAYS: f64 = 16.0;
+
+/// Faces that are less wide than this, in widths of what asks for them, have no record; up to the finest squares, one.
+const FINEST_FACE: f64 = 2.0;
+
+/// How many times as many rays the one record of a face takes.
+const RAYS_OF_FACE: u32 = 4;
 
 /// How far above its plane light is gathered, as a part of the world.
 const ABOVE: f64 = 2e-6;
@@ -50,6 +75,9 @@ const ASIDE: [f64; 2] = [0.017_321, 0.026_458];
 /// How much further than a corner a fragment must be able to see: what stands just there has another light on its other
 /// side.
 const BEYOND: f64 = 1.01;
+
+/// How often squares are divided at most.
+const DEEPEST: u32 = 24;
 
 const SHARDS: usize = 64;
 
@@ -71,33 +99,83 @@ impl Fields {
 }
 
 /// What is known of a world under some lights.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Field {
-    records: Vec<Mutex<HashMap<SquareKey, Arc<Gathered>>>>,
-    squares: Vec<Mutex<HashMap<SquareKey, Arc<Square>>>>,
+    /// What was gathered at corners.
+    records: Shards<Arc<Record>>,
+    /// By how much that differs from what was predicted.
+    details: Shards<Arc<Detail>>,
+    /// What is known of corners.
+    corners: Shards<Arc<Record>>,
+    squares: Shards<Arc<Square>>,
+    /// What was gathered for faces that have one record each: by their scene's hash, number, and side.
+    of_faces: Mutex<HashMap<(u64, u32, bool), Arc<Gathered>>>,
     extent: OnceLock<Option<(DVec3, f64)>>,
-    /// By scene, the widths of its faces.
-    widths: OnceLock<HashMap<String, Vec<f64>>>,
+    /// By scene, where its faces are and how wide.
+    faces: OnceLock<HashMap<String, Vec<FaceExtent>>>,
 }
 
-impl Default for Field {
-    fn default() -> Field {
-        let (records, squares) = (0..SHARDS).map(|_| Default::default()).unzip();
-        Field { records, squares, extent: OnceLock::new(), widths: OnceLock::new() }
+/// What is received at a corner.
+#[derive(Clone, Debug)]
+struct Record {
+    gathered: Gathered,
+    /// The error that the least number of rays has about here: what a few rays miss by chance, their own error does not
+    /// tell.
+    spread: Vec<f32>,
+}
+
+/// What is predicted of a corner from wider squares, and what was gathered there.
+#[derive(Debug)]
+struct Detail {
+    predicted: Option<Record>,
+    own: Arc<Record>,
+    /// By how much they may differ by chance.
+    noise: Vec<f32>,
+}
+
+/// Where a face is, and how wide.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FaceExtent {
+    middle: DVec3,
+    /// The root of its area.
+    width: f64,
+}
+
+/// What is known by keys, in parts that are locked one by one.
+#[derive(Debug)]
+struct Shards<T>(Vec<Mutex<HashMap<SquareKey, T>>>);
+
+impl<T> Default for Shards<T> {
+    fn default() -> Shards<T> {
+        Shards((0..SHARDS).map(|_| Mutex::default()).collect())
+    }
+}
+
+impl<T: Clone> Shards<T> {
+    /// What is known under a key; made without a lock, as it may ask for others. Who makes it meanwhile makes the same.
+    fn or_made(&self, key: SquareKey, make: impl FnOnce() -> T) -> T {
+        let shard = &self.0[shard(&key)];
+        if let Some(known) = shard.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
+            return known.clone();
+        }
+        let made = make();
+        shard.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_insert(made).clone()
     }
 }
 
 /// A square of a plane, or its lower corner: the plane by its normal and distance, in steps that are too small to be
-/// seen; how often squares were divided; and the place among these.
+/// seen; how often the widest of all were divided to be the widest of the face, and then to be these; and the place
+/// among these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct SquareKey {
     plane: ([i32; 3], i64),
+    first: u32,
     level: u32,
     at: [i64; 2],
 }
 
 /// What is known of a square.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Square {
     /// Whether something stands nearer than it is wide.
     is_near: bool,
@@ -106,7 +184,7 @@ struct Square {
     /// Whether something covers its corners from near above.
     is_covered: [bool; 4],
     /// What is received at its corners: x, then y.
-    corners: OnceLock<[Arc<Gathered>; 4]>,
+    corners: OnceLock<[Arc<Record>; 4]>,
 }
 
 /// The plane of a surface in a world.
@@ -121,6 +199,11 @@ struct SurfacePlane {
 }
 
 impl SurfacePlane {
+    /// The width of squares of a level.
+    fn width(&self, level: u32) -> f64 {
+        self.widest / (1u64 << level) as f64
+    }
+
     fn point(&self, at: DVec2) -> DVec3 {
         self.origin + self.axes[0] * at.x + self.axes[1] * at.y
     }
@@ -135,48 +218,111 @@ impl SurfacePlane {
 pub(super) struct Asked<'a> {
     pub(super) gatherer: &'a Gatherer<'a>,
     pub(super) casters: &'a [(usize, &'a Casters)],
-    /// What a place receives.
-    pub(super) receives: &'a dyn Fn(&Place) -> Gathered,
+    /// How many rays a record takes at least.
+    pub(super) rays: u32,
+    /// What a place receives, by so many rays.
+    pub(super) receives: &'a dyn Fn(&Place, u32) -> Gathered,
+}
+
+/// A face that somebody asks for light on.
+pub(super) struct AskedFace<'a> {
+    /// Its scene.
+    pub(super) label: &'a str,
+    pub(super) ordinal: u32,
+    pub(super) is_front: bool,
+    /// `None` of what lies on another.
+    pub(super) extent: Option<&'a FaceExtent>,
 }
 
 impl Asked<'_> {
-    /// Whether a face of a width is so small that records on its plane are of no use to a place on it.
-    pub(super) fn is_too_small(&self, width: Option<&f64>, place: &Place) -> bool {
-        width.is_some_and(|width| *width > 0.0 && *width < self.finest(place))
-    }
-
     /// The least width of squares for a place.
     fn finest(&self, place: &Place) -> f64 {
         match self.gatherer.bounced {
             0 => place.width * FINEST,
-            _ => place.width.max(place.before * FINEST_BEYOND),
+            _ => place.width.max(self.finest_beyond(place.before)),
         }
+    }
+
+    /// The same for what only others see, so far from the camera: each time that light goes on, twice as wide.
+    fn finest_beyond(&self, before: f64) -> f64 {
+        let turns = self.gatherer.bounced.clamp(1, 8) - 1;
+        before * FINEST_BEYOND * f64::from(1u32 << turns)
+    }
+
+    /// How many times as many rays a corner of squares takes. What only others see is averaged by them.
+    fn times(&self, position: DVec3, width: f64) -> f64 {
+        let like = self.gatherer.like;
+        let before = (position - like.view.camera().position).length();
+        let finest = like.view.pixel_width(before).0 * like.pixel.x * FINEST;
+        if self.is_seen() { (width / finest).clamp(1.0, MOST_RAYS) } else { 1.0 }
+    }
+
+    /// Whether the camera sees what is asked for.
+    fn is_seen(&self) -> bool {
+        self.gatherer.bounced == 0
     }
 }
 
 impl Field {
-    /// What a place receives, between records. `None` if no record is seen from it.
-    pub(super) fn at(&self, place: &Place, asked: &Asked<'_>) -> Option<Gathered> {
+    /// What a place on a face receives. `None` if no record is seen from it, or the face is too small for any.
+    pub(super) fn at(
+        &self,
+        place: &Place,
+        face: &AskedFace<'_>,
+        asked: &Asked<'_>,
+    ) -> Option<Gathered> {
+        let Some(extent) = face.extent.filter(|extent| extent.width > 0.0) else {
+            return self.between(place, None, asked);
+        };
+        if extent.width >= asked.finest(place) {
+            return self.between(place, Some(extent.width), asked);
+        }
+        if !asked.is_seen() || extent.width < place.width * FINEST_FACE {
+            return None;
+        }
+        let mut hasher = DefaultHasher::new();
+        face.label.hash(&mut hasher);
+        let key = (hasher.finish(), face.ordinal, face.is_front);
+        let known = || self.of_faces.lock().unwrap_or_else(PoisonError::into_inner);
+        let made = known().get(&key).cloned();
+        let made = made.unwrap_or_else(|| {
+            let side = [i64::from(face.ordinal), i64::from(face.is_front)];
+            let middle = (extent.middle, place.facing);
+            let made = gathered(middle, seed(side), asked.rays * RAYS_OF_FACE, asked);
+            known().entry(key).or_insert(Arc::new(made)).clone()
+        });
+        let mut found = Gathered::none(asked.gatherer.lamps, false);
+        add(&mut found, &made, 1.0, turned(place));
+        bright(&mut found, 1.0);
+        Some(found)
+    }
+
+    /// What a place on a plane receives, between records. `None` if no record is seen from it.
+    fn between(&self, place: &Place, face: Option<f64>, asked: &Asked<'_>) -> Option<Gathered> {
         let plane = self.plane(place, asked.gatherer.world)?;
         let from = place.position - plane.origin;
         let at = DVec2::new(plane.axes[0].dot(from), plane.axes[1].dot(from));
         let finest = asked.finest(place);
-        let mut level = 0;
+        // Squares that are much wider than the face lie in the air.
+        let around = face.map_or(1.0, |face| plane.widest / (face * AROUND));
+        let first = math::log2(around.clamp(1.0, 1e9)) as u32;
+        let mut level = first;
         let (square, key, within) = loop {
-            let width = plane.widest / f64::from(1u32 << level);
+            let width = plane.width(level);
             let scaled = at / width;
             let low = scaled.floor();
-            let key = SquareKey { plane: plane.key, level, at: [low.x as i64, low.y as i64] };
+            let key =
+                SquareKey { plane: plane.key, first, level, at: [low.x as i64, low.y as i64] };
             let square = self.square(key, &plane, width, asked);
             // What only stands near divides it no further than that; light that differs does once more.
             let is_near = square.is_near && width * 0.5 >= finest;
-            let is_last = width < finest || level >= 24;
+            let is_last = width < finest || level >= first + DEEPEST;
             if is_last || !(is_near || self.differs(&square, key, &plane, asked)) {
                 break (square, key, scaled - low);
             }
             level += 1;
         };
-        let width = plane.widest / f64::from(1u32 << level);
+        let width = plane.width(level);
         let corners = self.corners(&square, key, &plane, asked);
         let weights = [
             (1.0 - within.x) * (1.0 - within.y),
@@ -186,7 +332,6 @@ impl Field {
         ];
         let mut sum = Gathered::none(asked.gatherer.lamps, false);
         let mut all = 0.0f32;
-        let turned = (place.normal - place.facing).to_array().map(|v| v as f32);
         let here = plane.point(at);
         let is_mixed = square.is_crossed || square.is_covered.iter().any(|it| *it);
         let is_covered = is_mixed && plane.is_covered(here, width, asked.casters);
@@ -202,42 +347,43 @@ impl Field {
             // A corner that lies just here counts for a little in any case.
             let weight = weight.max(1e-6) as f32;
             all += weight;
-            for (lamp, light) in sum.light.iter_mut().enumerate() {
-                let [x, y, z] = corner.tilt[lamp];
-                let tilted = x * turned[0] + y * turned[1] + z * turned[2];
-                *light = *light + (corner.light[lamp] + tilted) * weight;
-                sum.error[lamp] += corner.error[lamp] * weight;
-            }
+            add(&mut sum, &corner.gathered, weight, turned(place));
         }
         if all <= 1e-3 {
             return None;
         }
-        let not_dark =
-            |color: Color| Color::new(color.r.max(0.0), color.g.max(0.0), color.b.max(0.0));
-        sum.light.iter_mut().for_each(|color| *color = not_dark(*color * (1.0 / all)));
-        sum.error.iter_mut().for_each(|error| *error /= all);
+        bright(&mut sum, 1.0 / all);
         Some(sum)
     }
 
-    /// The widths of a scene's faces; what lies on a face has none of its own.
-    pub(super) fn widths(&self, label: &str, asked: &Asked<'_>) -> &[f64] {
-        let widths = self.widths.get_or_init(|| {
+    /// Where a scene's faces are; what lies on a face is nowhere by itself.
+    pub(super) fn faces(&self, label: &str, asked: &Asked<'_>) -> &[FaceExtent] {
+        let faces = self.faces.get_or_init(|| {
             let members = asked.gatherer.world.members();
             let of = |casters: &Casters| {
-                let mut areas: Vec<f64> = Vec::new();
+                // By area until all pieces are there.
+                let mut faces: Vec<FaceExtent> = Vec::new();
                 for (at, piece) in casters.pieces().iter().enumerate() {
                     let face = piece.face as usize;
-                    if areas.len() <= face {
-                        areas.resize(face + 1, 0.0);
+                    if faces.len() <= face {
+                        faces.resize(face + 1, FaceExtent::default());
                     }
-                    areas[face] += casters.normal(at, Toward::Direction(DVec3::Y)).length() / 2.0;
+                    let corners = casters.corners(at, Toward::Direction(DVec3::Y));
+                    let middle = corners.clone().sum::<DVec3>() / corners.len() as f64;
+                    let area = casters.normal(at, Toward::Direction(DVec3::Y)).length() / 2.0;
+                    faces[face].middle += middle * area;
+                    faces[face].width += area;
                 }
-                areas.into_iter().map(f64::sqrt).collect()
+                let whole = |FaceExtent { middle, width: area }| match area > 0.0 {
+                    true => FaceExtent { middle: middle / area, width: area.sqrt() },
+                    false => FaceExtent::default(),
+                };
+                faces.into_iter().map(whole).collect()
             };
             let casters = asked.casters.iter();
             casters.map(|(member, casters)| (members[*member].label.clone(), of(casters))).collect()
         });
-        widths.get(label).map_or(&[], Vec::as_slice)
+        faces.get(label).map_or(&[], Vec::as_slice)
     }
 
     fn plane(&self, place: &Place, world: &World) -> Option<SurfacePlane> {
@@ -268,24 +414,20 @@ impl Field {
         width: f64,
         asked: &Asked<'_>,
     ) -> Arc<Square> {
-        let shard = &self.squares[shard(&key)];
-        if let Some(known) = shard.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
-            return known.clone();
-        }
-        let middle = DVec2::new(key.at[0] as f64 + 0.5, key.at[1] as f64 + 0.5) * width;
-        let stands = |beside: f64, above: f64| {
-            let half = width * 0.5 + beside;
-            let box_of = BoxOnPlane { plane, middle, half, above };
-            asked.casters.iter().any(|(_, casters)| box_of.is_reached(casters))
-        };
-        let is_near = stands(width * APART, width * APART);
-        let is_crossed = is_near && stands(width * 1e-3, width * 0.05);
-        let is_covered = std::array::from_fn(|k| {
-            is_near && plane.is_covered(corner_at(plane, key, width, k), width, asked.casters)
-        });
-        let made = Arc::new(Square { is_near, is_crossed, is_covered, corners: OnceLock::new() });
-        let mut shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
-        shard.entry(key).or_insert(made).clone()
+        self.squares.or_made(key, || {
+            let middle = DVec2::new(key.at[0] as f64 + 0.5, key.at[1] as f64 + 0.5) * width;
+            let stands = |beside: f64, above: f64| {
+                let half = width * 0.5 + beside;
+                let box_of = BoxOnPlane { plane, middle, half, above };
+                asked.casters.iter().any(|(_, casters)| box_of.is_reached(casters))
+            };
+            let is_near = stands(width * APART, width * APART);
+            let is_crossed = is_near && stands(width * 1e-3, width * 0.05);
+            let is_covered = std::array::from_fn(|k| {
+                is_near && plane.is_covered(corner_at(plane, key, width, k), width, asked.casters)
+            });
+            Arc::new(Square { is_near, is_crossed, is_covered, corners: OnceLock::new() })
+        })
     }
 
     /// Whether light in a square differs from what its corners tell.
@@ -297,9 +439,11 @@ impl Field {
         asked: &Asked<'_>,
     ) -> bool {
         let corners = self.corners(square, key, plane, asked);
-        let lights = |lamp: usize| corners.each_ref().map(|corner| corner.light[lamp].luminance());
+        let light = |corner: &Record, lamp: usize| corner.gathered.light[lamp].luminance();
+        let lights = |lamp: usize| corners.each_ref().map(|corner| light(corner, lamp));
         let mean = |lamp: usize| lights(lamp).iter().sum::<f32>() / 4.0;
-        let error = |lamp: usize| corners.iter().map(|c| c.error[lamp]).fold(0.0, f32::max);
+        let error =
+            |lamp: usize| corners.iter().map(|c| c.gathered.error[lamp]).fold(0.0, f32::max);
         // What is but noise is not divided.
         let is_apart = |lamp: usize| {
             let all = lights(lamp).into_iter();
@@ -312,10 +456,10 @@ impl Field {
         }
         // Between corners that are alike it may be brighter or darker.
         let at = key.at.map(|at| at * 2 + 1);
-        let middle = self.record(SquareKey { level: key.level + 1, at, ..key }, plane, asked);
+        let middle = self.detail(SquareKey { level: key.level + 1, at, ..key }, plane, asked);
         lamps.into_iter().any(|lamp| {
-            let off = (middle.light[lamp].luminance() - mean(lamp)).abs();
-            off > BENDS * mean(lamp) + 2.0 * (error(lamp) + middle.error[lamp])
+            let off = (light(&middle.own, lamp) - mean(lamp)).abs();
+            off > BENDS * mean(lamp) + 2.0 * (error(lamp) + middle.noise[lamp])
         })
     }
 
@@ -325,90 +469,223 @@ impl Field {
         key: SquareKey,
         plane: &SurfacePlane,
         asked: &Asked<'_>,
-    ) -> &'s [Arc<Gathered>; 4] {
+    ) -> &'s [Arc<Record>; 4] {
         // Not under a lock: what gathers may wait for others, who want these.
         if square.corners.get().is_none() {
             let _ = square.corners.set(std::array::from_fn(|k| {
                 let at = [key.at[0] + (k & 1) as i64, key.at[1] + (k >> 1) as i64];
-                Arc::new(self.smoothed(SquareKey { at, ..key }, plane, asked))
+                self.corner(SquareKey { at, ..key }, plane, asked)
             }));
         }
         square.corners.get().expect("they are there")
     }
 
-    /// What is received at a corner of squares of a level: the mean of the records around it, as far as it sees them and
-    /// no more than noise tells them apart.
-    fn smoothed(&self, key: SquareKey, plane: &SurfacePlane, asked: &Asked<'_>) -> Gathered {
-        let own = self.record(key, plane, asked);
-        let width = plane.widest / f64::from(1u32 << key.level);
+    /// What is received at a corner of squares.
+    fn corner(&self, mut key: SquareKey, plane: &SurfacePlane, asked: &Asked<'_>) -> Arc<Record> {
+        // The corners of wider squares are corners of finer ones.
+        while key.level > key.first && key.at.iter().all(|at| at % 2 == 0) {
+            key = SquareKey { level: key.level - 1, at: key.at.map(|at| at / 2), ..key };
+        }
+        if key.level == key.first {
+            return self.record(key, plane, asked);
+        }
+        self.corners.or_made(key, || {
+            let detail = self.detail(key, plane, asked);
+            match &detail.predicted {
+                Some(predicted) => {
+                    let around = asked.is_seen().then(|| self.around(key, plane, asked));
+                    Arc::new(corrected(predicted, &detail, &around.unwrap_or_default()))
+                }
+                None => detail.own.clone(),
+            }
+        })
+    }
+
+    /// What differs from what was predicted, of a corner between wider squares.
+    fn detail(&self, key: SquareKey, plane: &SurfacePlane, asked: &Asked<'_>) -> Arc<Detail> {
+        self.details.or_made(key, || {
+            let own = self.record(key, plane, asked);
+            let predicted = self.predicted(key, plane, asked);
+            let noise = |lamp: usize| {
+                let own = own.gathered.error[lamp];
+                predicted.as_ref().map_or(own, |predicted| {
+                    own.max(predicted.spread[lamp]).hypot(predicted.gathered.error[lamp])
+                })
+            };
+            let noise = (0..own.spread.len()).map(noise).collect();
+            Arc::new(Detail { predicted, own, noise })
+        })
+    }
+
+    /// The corners beside one that it sees and that are covered as it is: how much each counts, and what differs there.
+    fn around(
+        &self,
+        key: SquareKey,
+        plane: &SurfacePlane,
+        asked: &Asked<'_>,
+    ) -> Vec<(f32, Arc<Detail>)> {
+        let width = plane.width(key.level);
         let here = corner_at(plane, key, width, 0);
         let is_covered = plane.is_covered(here, width, asked.casters);
-        let mut sum = Gathered::none(asked.gatherer.lamps, true);
-        let (mut all, mut squares) = (0.0f32, 0.0f32);
-        for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
-            let around = SquareKey { at: [key.at[0] + dx, key.at[1] + dy], ..key };
-            let is_own = (dx, dy) == (0, 0);
-            let there = corner_at(plane, around, width, 0);
+        let mut around = Vec::with_capacity(8);
+        for (dx, dy) in (-1..=1i64).flat_map(|dy| (-1..=1i64).map(move |dx| (dx, dy))) {
+            let beside = SquareKey { at: [key.at[0] + dx, key.at[1] + dy], ..key };
+            // The corners of wider squares have no detail.
+            if (dx, dy) == (0, 0) || beside.at.iter().all(|at| at % 2 == 0) {
+                continue;
+            }
+            let there = corner_at(plane, beside, width, 0);
+            if is_open(asked.casters, here, there)
+                && plane.is_covered(there, width, asked.casters) == is_covered
+            {
+                let weight = if dx == 0 || dy == 0 { 0.5 } else { 0.25 };
+                around.push((weight, self.detail(beside, plane, asked)));
+            }
+        }
+        around
+    }
+
+    /// What the corners of the squares before tell of one that lies between them: the mean of those that it sees and
+    /// that are covered as it is. `None` if there are none.
+    fn predicted(&self, key: SquareKey, plane: &SurfacePlane, asked: &Asked<'_>) -> Option<Record> {
+        let width = plane.width(key.level);
+        let here = corner_at(plane, key, width, 0);
+        let is_covered = plane.is_covered(here, width, asked.casters);
+        let [x, y] = key.at.map(|at| [(at - at.rem_euclid(2)) / 2, (at + at.rem_euclid(2)) / 2]);
+        let lamps = asked.gatherer.lamps;
+        let mut sum =
+            Record { gathered: Gathered::none(lamps, true), spread: vec![0.0; lamps + 1] };
+        let Record { gathered, spread } = &mut sum;
+        let mut count = 0.0f32;
+        for (i, j) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let is_twice = i == 1 && x[0] == x[1] || j == 1 && y[0] == y[1];
+            let wide = SquareKey { level: key.level - 1, at: [x[i], y[j]], ..key };
+            let there = corner_at(plane, wide, plane.width(wide.level), 0);
             let is_beside = || {
                 is_open(asked.casters, here, there)
                     && plane.is_covered(there, width, asked.casters) == is_covered
             };
-            if !is_own && !is_beside() {
+            if is_twice || !is_beside() {
                 continue;
             }
-            let record = if is_own { own.clone() } else { self.record(around, plane, asked) };
-            let is_alike = |lamp: usize| {
-                let [a, b] = [&own, &record].map(|r| (r.light[lamp].luminance(), r.error[lamp]));
-                let noise = (a.1 * a.1 + b.1 * b.1).sqrt();
-                (a.0 - b.0).abs() <= ALIKE * noise
-            };
-            if !is_own && !(0..own.light.len()).all(is_alike) {
-                continue;
+            let corner = self.corner(wide, plane, asked);
+            count += 1.0;
+            mix(gathered, &corner.gathered);
+            for (sum, error) in gathered.error.iter_mut().zip(&corner.gathered.error) {
+                *sum += error * error;
             }
-            let weight = [4.0, 2.0, 1.0][(dx.abs() + dy.abs()) as usize];
-            (all, squares) = (all + weight, squares + weight * weight);
-            for lamp in 0..own.light.len() {
-                sum.light[lamp] = sum.light[lamp] + record.light[lamp] * weight;
-                sum.error[lamp] += record.error[lamp] * weight;
-                for (tilt, part) in sum.tilt[lamp].iter_mut().zip(record.tilt[lamp]) {
-                    *tilt = *tilt + part * weight;
-                }
-            }
+            spread.iter_mut().zip(&corner.spread).for_each(|(sum, spread)| *sum += spread);
         }
-        // Independent of each other, they are off together by less than one is.
-        let less = squares.sqrt() / all;
-        sum.light.iter_mut().for_each(|light| *light = *light * (1.0 / all));
-        sum.tilt.iter_mut().flatten().for_each(|tilt| *tilt = *tilt * (1.0 / all));
-        sum.error.iter_mut().for_each(|error| *error *= less / all);
-        sum
+        let share = 1.0 / count;
+        gathered.light.iter_mut().for_each(|light| *light = *light * share);
+        gathered.tilt.iter_mut().flatten().for_each(|tilt| *tilt = *tilt * share);
+        gathered.error.iter_mut().for_each(|squares| *squares = squares.sqrt() * share);
+        spread.iter_mut().for_each(|spread| *spread *= share);
+        (count > 0.0).then_some(sum)
     }
 
-    fn record(&self, mut key: SquareKey, plane: &SurfacePlane, asked: &Asked<'_>) -> Arc<Gathered> {
-        // The corners of wider squares are corners of finer ones.
-        while key.level > 0 && key.at.iter().all(|at| at % 2 == 0) {
-            key = SquareKey { level: key.level - 1, at: key.at.map(|at| at / 2), ..key };
-        }
-        let shard = &self.records[shard(&key)];
-        if let Some(known) = shard.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
-            return known.clone();
-        }
-        let width = plane.widest / f64::from(1u32 << key.level);
-        let position = corner_at(plane, key, width, 0);
-        let place = Place {
-            position,
-            facing: plane.normal,
-            normal: plane.normal,
-            screen: DVec2::ZERO,
-            before: (position - asked.gatherer.like.view.camera().position).length(),
-            width: 0.0,
-            weight: Color::WHITE,
-            pattern: Pattern::from_seed(seed(&key)),
-        };
-        let made = (asked.receives)(&place);
-        let mut shard = shard.lock().unwrap_or_else(PoisonError::into_inner);
-        // Another may have made it meanwhile: it is the same.
-        shard.entry(key).or_insert(Arc::new(made)).clone()
+    fn record(&self, key: SquareKey, plane: &SurfacePlane, asked: &Asked<'_>) -> Arc<Record> {
+        self.records.or_made(key, || {
+            let width = plane.width(key.level);
+            let position = corner_at(plane, key, width, 0);
+            let SquareKey { plane: ([x, y, z], distance), level, at: [u, v], .. } = key;
+            let of = [i64::from(x), i64::from(y), i64::from(z), distance, i64::from(level), u, v];
+            let rays = (f64::from(asked.rays) * asked.times(position, width)) as u32;
+            let gathered = gathered((position, plane.normal), seed(of), rays, asked);
+            let more = math::powf(rays as f32 / asked.rays as f32, FALLS);
+            let spread = gathered.error.iter().map(|error| error * more).collect();
+            Arc::new(Record { gathered, spread })
+        })
     }
+}
+
+/// What is received at a place that nobody sees.
+fn gathered(
+    (position, facing): (DVec3, DVec3),
+    seed: u64,
+    rays: u32,
+    asked: &Asked<'_>,
+) -> Gathered {
+    let place = Place {
+        position,
+        facing,
+        normal: facing,
+        screen: DVec2::ZERO,
+        before: (position - asked.gatherer.like.view.camera().position).length(),
+        width: 0.0,
+        weight: Color::WHITE,
+        pattern: Pattern::from_seed(seed),
+    };
+    asked.gatherer.batch.count("records", 1);
+    (asked.receives)(&place, rays)
+}
+
+/// A prediction, changed by what was gathered there and beside as far as that differs by more than noise.
+fn corrected(predicted: &Record, own: &Detail, around: &[(f32, Arc<Detail>)]) -> Record {
+    let Record { mut gathered, spread } = predicted.clone();
+    for lamp in 0..spread.len() {
+        let off = |detail: &Detail| {
+            let before = detail.predicted.as_ref().unwrap_or(predicted);
+            detail.own.gathered.light[lamp] + before.gathered.light[lamp] * -1.0
+        };
+        let here = off(own).luminance();
+        let is_alike = |(_, other): &&(f32, Arc<Detail>)| {
+            let noise = own.noise[lamp].hypot(other.noise[lamp]);
+            other.predicted.is_some() && (off(other).luminance() - here).abs() <= ALIKE * noise
+        };
+        let (mut light, mut all) = (off(own), 1.0f32);
+        let mut squares = own.noise[lamp].powi(2);
+        for (weight, other) in around.iter().filter(is_alike) {
+            light = light + off(other) * *weight;
+            all += weight;
+            squares += (other.noise[lamp] * weight).powi(2);
+        }
+        let (light, noise) = (light * (1.0 / all), squares.sqrt() / all);
+        // Of a signal in noise, the share that is no noise (James and Stein 1961).
+        let share = NOISE * noise / light.luminance().abs().max(f32::MIN_POSITIVE);
+        let keeps = f32::max(1.0 - share * share, 0.0);
+        gathered.light[lamp] = gathered.light[lamp] + light * keeps;
+        for (tilt, own) in gathered.tilt[lamp].iter_mut().zip(own.own.gathered.tilt[lamp]) {
+            *tilt = *tilt * (1.0 - keeps) + own * keeps;
+        }
+        let error = &mut gathered.error[lamp];
+        *error = *error * (1.0 - keeps) + noise * keeps;
+    }
+    Record { gathered, spread }
+}
+
+/// Adds what another corner receives, but for errors.
+fn mix(sum: &mut Gathered, record: &Gathered) {
+    for (light, other) in sum.light.iter_mut().zip(&record.light) {
+        *light = *light + *other;
+    }
+    for (tilt, other) in sum.tilt.iter_mut().flatten().zip(record.tilt.iter().flatten()) {
+        *tilt = *tilt + *other;
+    }
+}
+
+/// By how much the normal of a place is turned away from that of its face.
+fn turned(place: &Place) -> [f32; 3] {
+    (place.normal - place.facing).to_array().map(|v| v as f32)
+}
+
+/// Adds a share of a record as a turned normal has it.
+fn add(sum: &mut Gathered, record: &Gathered, weight: f32, turned: [f32; 3]) {
+    for (lamp, light) in sum.light.iter_mut().enumerate() {
+        let [x, y, z] = record.tilt[lamp];
+        let tilted = x * turned[0] + y * turned[1] + z * turned[2];
+        *light = *light + (record.light[lamp] + tilted) * weight;
+        sum.error[lamp] += record.error[lamp] * weight;
+    }
+}
+
+/// Multiplies all, and lets nothing be darker than black.
+fn bright(sum: &mut Gathered, by: f32) {
+    for light in &mut sum.light {
+        let Color { r, g, b } = *light * by;
+        *light = Color::new(r.max(0.0), g.max(0.0), b.max(0.0));
+    }
+    sum.error.iter_mut().for_each(|error| *error *= by);
 }
 
 fn shard(key: &SquareKey) -> usize {
@@ -417,10 +694,8 @@ fn shard(key: &SquareKey) -> usize {
     hasher.finish() as usize % SHARDS
 }
 
-/// A number that differs from place to place, and not with the size of the world.
-fn seed(key: &SquareKey) -> u64 {
-    let SquareKey { plane: ([x, y, z], distance), level, at: [u, v] } = *key;
-    let parts = [i64::from(x), i64::from(y), i64::from(z), distance, i64::from(level), u, v];
+/// A number that differs from place to place.
+fn seed(parts: impl IntoIterator<Item = i64>) -> u64 {
     let mix = |sum: u64, part: i64| {
         (sum ^ part as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29)
     };
@@ -469,28 +744,25 @@ impl BoxOnPlane<'_> {
             side(-normal, -self.above),
         ];
         let shaft = Shaft { planes };
-        let mut is_reached = false;
-        casters.within(&shaft, |piece| {
-            if is_reached || casters.pieces()[piece].opacity != 1.0 || casters.card(piece).is_some()
-            {
-                return;
+        casters.any_within(&shaft, |piece| {
+            if casters.pieces()[piece].opacity != 1.0 || casters.card(piece).is_some() {
+                return false;
             }
             let mut points: Vec<DVec3> =
                 casters.corners(piece, Toward::Direction(normal)).collect();
             for (way, offset) in &shaft.planes {
                 let sides: Vec<f64> = points.iter().map(|point| way.dot(*point) + offset).collect();
                 if sides.iter().all(|side| *side <= 0.0) {
-                    return;
+                    return false;
                 }
                 if sides.iter().any(|side| *side < 0.0) {
                     points = split(&points, &sides).0;
                 }
                 if points.len() < 3 {
-                    return;
+                    return false;
                 }
             }
-            is_reached = true;
-        });
-        is_reached
+            true
+        })
     }
 }

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::bounces::{Bounces, Gather, Gathered, Gatherer, Place, standard_error, tilted};
-use super::direct::{GreyOrColors, Lighting, LitFragment, arriving, passes, wants_error};
+use super::direct::{Blocker, GreyOrColors, Lighting, LitFragment, arriving, passes, wants_error};
 use super::illuminate::Illuminate;
 use super::pattern::Pattern;
-use super::records::Asked;
+use super::records::{Asked, AskedFace};
 use crate::color::Color;
 use crate::fragment::{Around, Fragments, Shading, Stage, World};
 use crate::key::{Key, KeyHasher};
@@ -22,6 +22,20 @@ pub(super) struct Reflected {
     pub(super) light: GreyOrColors,
     /// By how much it may be off. Empty if nobody asks, or by nothing.
     pub(super) error: Vec<f32>,
+}
+
+/// One side of a fragment.
+#[derive(Clone, Copy)]
+struct Side {
+    i: usize,
+    is_back: bool,
+}
+
+impl Side {
+    fn of(self, fragments: &Fragments<'_>) -> LitFragment {
+        let front = LitFragment::new(fragments, self.i);
+        if self.is_back { front.behind().unwrap_or(front) } else { front }
+    }
 }
 
 impl Illuminate {
@@ -106,8 +120,9 @@ impl Illuminate {
             turns: fragments.sight.as_ref().map_or(0, |sight| sight.turns),
             bounced,
         };
-        let place = |i: usize| {
-            let spot = LitFragment::new(fragments, i);
+        let place = |side: Side| {
+            let Side { i, .. } = side;
+            let spot = side.of(fragments);
             let sight = fragments.sight.as_ref();
             Place {
                 position: spot.receiver.position,
@@ -123,15 +138,21 @@ impl Illuminate {
         let goes_on = bounced < self.bounces.times;
         let recorded: Vec<usize> =
             (0..lamps.len()).filter(|lamp| self.is_recorded(lamps[*lamp])).collect();
-        let lit: Vec<usize> = (0..fragments.len()).filter(|i| !fragments.unlit[*i]).collect();
+        let lit = (0..fragments.len()).filter(|i| !fragments.unlit[*i]);
+        let sides = lit.flat_map(|i| {
+            let back = fragments.finish[i].transmits().then_some(Side { i, is_back: true });
+            [Side { i, is_back: false }].into_iter().chain(back)
+        });
         let count = lamps.len() + 1;
         let mut light = vec![vec![Color::BLACK; fragments.len()]; count];
         let mut error = vec![vec![0.0f32; if wants_error { fragments.len() } else { 0 }]; count];
-        let mut take = |i: usize, found: &Gathered| {
+        let mut take = |side: Side, found: &Gathered| {
+            let Side { i, is_back } = side;
+            let through = if is_back { fragments.finish[i].transmit } else { Color::WHITE };
             for (lamp, color) in found.light.iter().enumerate() {
-                light[lamp][i] = light[lamp][i] + *color;
+                light[lamp][i] = light[lamp][i] + *color * through;
                 if wants_error {
-                    error[lamp][i] += found.error[lamp];
+                    error[lamp][i] += found.error[lamp] * through.luminance();
                 }
             }
         };
@@ -140,14 +161,14 @@ impl Illuminate {
             Gather::Rays(rays) if bounced == 0 => rays,
             _ => 1,
         };
-        let mut by_itself = lit;
+        let mut by_itself: Vec<Side> = sides.collect();
         if let Some(count) = self.bounces.records(bounced) {
             let mut key = KeyHasher::new("field");
             // Pictures may look different to others, who resolve the same image.
             key.key(gatherer.stage.key()).value(&(bounced, fragments.textures));
             let field = self.bounces.field(key.finish());
             let casters: Vec<_> = world.casters().collect();
-            let receives = |place: &Place| {
+            let receives = |place: &Place, count: u32| {
                 let mut all = match goes_on {
                     true => gatherer.gather(std::slice::from_ref(place), count, true).pop(),
                     false => None,
@@ -159,34 +180,39 @@ impl Illuminate {
                 }
                 std::mem::take(all)
             };
-            let asked = Asked { gatherer: &gatherer, casters: &casters, receives: &receives };
+            let (gatherer, casters) = (&gatherer, &casters);
+            let asked = Asked { gatherer, casters, rays: count, receives: &receives };
             let turns = !fragments.cards.is_empty();
-            let widths = field.widths(&fragments.label, &asked);
-            by_itself.retain(|i| {
-                let place = place(*i);
-                let width = widths.get(fragments.ordinal[*i] as usize);
-                if turns || asked.is_too_small(width, &place) {
+            let (label, faces) = (&*fragments.label, field.faces(&fragments.label, &asked));
+            by_itself.retain(|side| {
+                if turns {
                     return true;
                 }
-                let found = field.at(&place, &asked);
-                found.iter().for_each(|found| take(*i, found));
+                let ordinal = fragments.ordinal[side.i];
+                let is_front = fragments.sees_front[side.i] != side.is_back;
+                let extent = faces.get(ordinal as usize);
+                let face = AskedFace { label, ordinal, is_front, extent };
+                let found = field.at(&place(*side), &face, &asked);
+                found.iter().for_each(|found| take(*side, found));
                 found.is_none()
             });
-            rays = if bounced == 0 { self.samples } else { 1 };
+            // What mirrors show is averaged over their rays.
+            let is_mirrored = fragments.sight.is_some();
+            rays = if bounced == 0 && !is_mirrored { self.samples } else { 1 };
             for lamp in &recorded {
                 let lighting = Lighting::new(self, lamps[*lamp], fragments, around);
-                for i in &by_itself {
-                    let one = lighting.of(*i);
+                for side in &by_itself {
+                    let one = lighting.on_side(&side.of(fragments), side.i);
                     let mut found = Gathered::none(lamps.len(), false);
                     (found.light[*lamp], found.error[*lamp]) = (one.diffuse, one.error);
-                    take(*i, &found);
+                    take(*side, &found);
                 }
             }
         }
         if goes_on {
-            let places: Vec<Place> = by_itself.iter().map(|i| place(*i)).collect();
-            for (i, found) in by_itself.iter().zip(gatherer.gather(&places, rays, false)) {
-                take(*i, &found);
+            let places: Vec<Place> = by_itself.iter().map(|side| place(*side)).collect();
+            for (side, found) in by_itself.iter().zip(gatherer.gather(&places, rays, false)) {
+                take(*side, &found);
             }
         }
         let all = light.into_iter().zip(error);
@@ -207,12 +233,18 @@ fn of_sky(
     let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
     let mut tilts = [Color::BLACK; 3];
     let mut parts = Vec::with_capacity(count as usize);
+    let blocker = Blocker::default();
     for k in 0..count {
         let sample = light.sample(&receiver, place.pattern.at(k));
         let way = sample.toward.from(place.position).0.normalize_or_zero();
         let plane = (place.facing, place.position);
         let lit = match way.dot(place.facing) > 0.0 {
-            true => passes(world, casters, like, plane, (place.position, sample.toward, 0.0)),
+            true => passes(
+                (world, casters, like),
+                plane,
+                (place.position, sample.toward, 0.0),
+                &blocker,
+            ),
             false => 0.0,
         };
         let part = sample.irradiance * lit;

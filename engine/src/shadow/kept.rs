@@ -178,8 +178,7 @@ impl Known {
             WasCaster::New => None,
             WasCaster::Same(number) => Some(self.before.list(patch, *number)),
             WasCaster::Other(number, differing) => {
-                let mut is_reached = false;
-                differing.within(shaft, |_| is_reached = true);
+                let is_reached = differing.any_within(shaft, |_| true);
                 (!is_reached).then(|| self.before.list(patch, *number))
             }
         }

@@ -54,7 +54,7 @@ pub(super) struct Patch<'a> {
 }
 
 impl Patch<'_> {
-    /// The patch of some spans; `None` if it faces away from the light, and is dark by itself.
+    /// The patch of some spans; `None` if it faces away from the light, lets nothing through, and is dark by itself.
     pub(super) fn new<'a>(
         image: &'a SpanImage,
         spans: &[VisiblePart],
@@ -73,6 +73,12 @@ impl Patch<'_> {
         let faces_light = match from {
             Toward::Direction(toward) => normal.dot(toward),
             Toward::Point(light) => normal.dot(light - point),
+        };
+        // What falls on its back may come through.
+        let is_behind = faces_light < 0.0 && source.surfaces.transmits(face.ordinal);
+        let (normal, faces_light) = match is_behind {
+            true => (-normal, -faces_light),
+            false => (normal, faces_light),
         };
         if faces_light.is_nan() || faces_light <= 0.0 {
             return None;

@@ -51,8 +51,8 @@ pub struct Piece {
 /// The pieces of all faces of a scene.
 #[derive(Debug, Default)]
 pub struct Casters {
-    points: Vec<DVec3>,
-    corners: Vec<u32>,
+    /// Corners of pieces, one piece after the other: what two share stands twice, as it is met once at a time.
+    corners: Vec<DVec3>,
     pieces: Vec<Piece>,
     cards: Vec<Card>,
     /// The planes in which faces are seen that are not quite flat, by unit normals and points.
@@ -94,26 +94,29 @@ pub struct Shaft {
 
 /// Collects the pieces of a scene.
 #[derive(Debug, Default)]
-pub struct CastersBuilder(Casters);
+pub struct CastersBuilder {
+    casters: Casters,
+    points: Vec<DVec3>,
+}
 
 impl CastersBuilder {
     /// Adds points; returns the number of the first.
     pub fn points(&mut self, points: impl Iterator<Item = DVec3>) -> u32 {
-        let base = self.0.points.len() as u32;
-        self.0.points.extend(points);
+        let base = self.points.len() as u32;
+        self.points.extend(points);
         base
     }
 
     /// Adds a closed body in a box; returns its number.
     pub fn body(&mut self, low: DVec3, high: DVec3) -> i32 {
-        self.0.bodies.push([low, high]);
-        self.0.bodies.len() as i32
+        self.casters.bodies.push([low, high]);
+        self.casters.bodies.len() as i32
     }
 
     /// Adds the plane in which a face is seen that is not quite flat, by its unit normal and a point; returns its number.
     pub fn plane(&mut self, normal: DVec3, point: DVec3) -> u32 {
-        self.0.planes.push((normal, point));
-        self.0.planes.len() as u32 - 1
+        self.casters.planes.push((normal, point));
+        self.casters.planes.len() as u32 - 1
     }
 
     /// Adds a convex piece of a face by the numbers of its corners. Pieces that are not finite are left
@@ -125,16 +128,15 @@ impl CastersBuilder {
         (body, plane): (i32, Option<u32>),
         corners: impl Iterator<Item = u32>,
     ) {
-        let first = self.0.corners.len();
-        self.0.corners.extend(corners);
-        let count = self.0.corners.len() - first;
-        let is_finite = |corner: &u32| self.0.points[*corner as usize].is_finite();
-        if count < 3 || !self.0.corners[first..].iter().all(is_finite) {
-            self.0.corners.truncate(first);
+        let first = self.casters.corners.len();
+        self.casters.corners.extend(corners.map(|corner| self.points[corner as usize]));
+        let count = self.casters.corners.len() - first;
+        if count < 3 || !self.casters.corners[first..].iter().all(|corner| corner.is_finite()) {
+            self.casters.corners.truncate(first);
             return;
         }
         let (first, count) = (first as u32, count as u32);
-        self.0.pieces.push(Piece { face, opacity, body, card: None, plane, first, count });
+        self.casters.pieces.push(Piece { face, opacity, body, card: None, plane, first, count });
     }
 
     /// Adds a face that turns to the light; what it holds back differs from place to place.
@@ -144,18 +146,28 @@ impl CastersBuilder {
         let across =
             [low, DVec3::new(high.x, low.y, high.z), high, DVec3::new(low.x, high.y, low.z)];
         let first = self.points(across.into_iter());
-        let before = self.0.pieces.len();
+        let before = self.casters.pieces.len();
         self.piece(face, f32::NAN, (0, None), first..first + 4);
-        if let Some(piece) = self.0.pieces.get_mut(before) {
-            piece.card = Some(self.0.cards.len() as u32);
-            self.0.cards.push(card);
+        if let Some(piece) = self.casters.pieces.get_mut(before) {
+            piece.card = Some(self.casters.cards.len() as u32);
+            self.casters.cards.push(card);
         }
     }
 
     /// All pieces, with a tree over them.
     pub fn finish(self) -> Casters {
-        let mut casters = self.0;
+        let mut casters = self.casters;
         casters.tree = PieceTree::new(&mut casters);
+        // As the leaves stand, so that neighbours lie side by side.
+        let mut corners = Vec::with_capacity(casters.corners.len());
+        for piece in &mut casters.pieces {
+            let first = corners.len() as u32;
+            corners.extend_from_slice(
+                &casters.corners[piece.first as usize..][..piece.count as usize],
+            );
+            piece.first = first;
+        }
+        casters.corners = corners;
         casters
     }
 }
@@ -206,8 +218,8 @@ impl Casters {
 
     /// The least and the greatest coordinates of all pieces; `None` if there are none.
     pub fn bounds(&self) -> Option<[DVec3; 2]> {
-        let points = self.points.iter().map(|point| [*point, *point]);
-        let all = points.chain(self.cards.iter().map(Card::bounds));
+        let corners = self.corners.iter().map(|corner| [*corner, *corner]);
+        let all = corners.chain(self.cards.iter().map(Card::bounds));
         all.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)])
     }
 
@@ -227,7 +239,7 @@ impl Casters {
         let corners = &self.corners[piece.first as usize..][..piece.count as usize];
         corners.iter().enumerate().map(move |(i, corner)| match &turned {
             Some(turned) => turned[i],
-            None => self.points[*corner as usize],
+            None => *corner,
         })
     }
 
@@ -243,12 +255,11 @@ impl Casters {
 
     /// Corners of what a piece takes of space, however it is turned.
     pub(super) fn reach(&self, piece: usize) -> impl Iterator<Item = DVec3> + Clone + '_ {
-        self.of(&self.pieces[piece])
+        self.of(&self.pieces[piece]).iter().copied()
     }
 
-    fn of(&self, piece: &Piece) -> impl ExactSizeIterator<Item = DVec3> + Clone + '_ {
-        let corners = &self.corners[piece.first as usize..][..piece.count as usize];
-        corners.iter().map(|corner| self.points[*corner as usize])
+    fn of(&self, piece: &Piece) -> &[DVec3] {
+        &self.corners[piece.first as usize..][..piece.count as usize]
     }
 
     /// The normal of a piece's plane, as long as twice its area, as it is turned to somebody if it turns.
@@ -288,8 +299,7 @@ impl Casters {
     /// Bytes held, about.
     pub fn bytes(&self) -> usize {
         let nodes = self.tree.as_ref().map_or(0, PieceTree::bytes);
-        size_of_val(&*self.points)
-            + size_of_val(&*self.corners)
+        size_of_val(&*self.corners)
             + size_of_val(&*self.pieces)
             + size_of_val(&*self.cards)
             + size_of_val(&*self.planes)
@@ -303,15 +313,13 @@ impl Casters {
         if let Some(card) = self.card(piece) {
             return card.meet(ray).map(|t| Hit { t, piece });
         }
-        let mut corners = self.of(&self.pieces[piece]);
-        let all = corners.clone();
-        let corner = corners.next()?;
-        let first = ray.seen(corner);
+        let corners = self.of(&self.pieces[piece]);
         let (mut is_left, mut is_right) = (true, true);
-        let mut last = first;
-        for next in corners.map(|corner| ray.seen(corner)).chain([first]) {
+        let mut last = ray.seen(*corners.last()?);
+        for corner in corners {
             // Left of all edges or right of all: a piece is met from both sides. A ray through an
             // edge itself is on both sides of it, and so meets both faces that share it.
+            let next = ray.seen(*corner);
             let (left, right) = (last.0 * next.1, last.1 * next.0);
             is_left &= left >= right;
             is_right &= left <= right;
@@ -320,7 +328,8 @@ impl Casters {
             }
             last = next;
         }
-        let normal = area_vector(all);
+        let corner = corners[0];
+        let normal = area_vector(corners.iter().copied());
         let t = normal.dot(corner - ray.origin) / normal.dot(ray.direction);
         (t > 0.0 && t < ray.reach).then_some(Hit { t, piece })
     }

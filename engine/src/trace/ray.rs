@@ -13,9 +13,10 @@ pub struct Ray {
     pub(super) origin: DVec3,
     pub(super) direction: DVec3,
     pub(super) reach: f64,
-    /// The axes across it, and by how much they lean along the one that it follows most.
-    across: [(usize, f64); 2],
+    /// The axis that it follows most.
     along: usize,
+    /// By how much the two axes after that one lean along it.
+    lean: [f64; 2],
     /// How cards stand that it turns to where it comes from, once it has met one.
     level: OnceCell<CardAxes>,
 }
@@ -49,9 +50,8 @@ impl Ray {
         let size = direction.abs();
         // Divided by the greatest of the three, so that no lean is more than 1.
         let along = (0..3).max_by(|a, b| size[*a].total_cmp(&size[*b])).unwrap_or(2);
-        let across = [(along + 1) % 3, (along + 2) % 3];
-        let across = across.map(|axis| (axis, direction[axis] / direction[along]));
-        Ray { origin, direction, reach, across, along, level: OnceCell::new() }
+        let lean = [1, 2].map(|next| direction[(along + next) % 3] / direction[along]);
+        Ray { origin, direction, reach, along, lean, level: OnceCell::new() }
     }
 
     /// The point at a way, in lengths of its direction.
@@ -90,8 +90,12 @@ impl Ray {
         // Points are sheared, not turned, until the ray runs along an axis. Each is rounded once,
         // alike for all pieces that share it.
         let from = point - self.origin;
-        let [u, v] = self.across.map(|(axis, lean)| from[axis] - lean * from[self.along]);
-        (u, v)
+        let (u, v, along) = match self.along {
+            0 => (from.y, from.z, from.x),
+            1 => (from.z, from.x, from.y),
+            _ => (from.x, from.y, from.z),
+        };
+        (u - self.lean[0] * along, v - self.lean[1] * along)
     }
 }
 

@@ -18,6 +18,11 @@ use std::collections::BTreeSet;
 /// The most trees in a node.
 const MOST: usize = 1_000_000;
 
+/// How round trees are, and how much comes through their leaves, if nobody says: what comes nearest to a tree of 40 956
+/// leaves under light from five directions (`tests/README.md`, "Trees").
+const CROWN: f32 = 0.5;
+const TRANSMIT: f32 = 0.5;
+
 /// Trees, bushes and grass from cut-out photographs, on transparent upright cards. Cards turn to
 /// the camera for the picture, to each light for its shadow, and to each mirror for its reflection.
 /// A card turns about the foot of the subject in its picture. Seen or lit from more than 60 degrees
@@ -45,6 +50,12 @@ pub struct Billboards {
     pub seed: u64,
     /// Whether lights light the trees. If not, they show the photographs as they are.
     pub lit: bool,
+    /// How round they are in the light, 0 to 1: at 1 one side is lit and the other shaded, as on a crown; at 0 they are
+    /// as flat as their cards.
+    pub crown: f32,
+    /// How much of the light from behind comes through the leaves, as a share of what they send back of light from the
+    /// front, 0 to 1.
+    pub transmit: Color,
     /// The photographs' colours are multiplied by this.
     pub color: Color,
     /// Their name, for `object(..)` in programs: `trees/0/17` is number 17 with picture 0.
@@ -101,6 +112,8 @@ impl Default for Billboards {
             areas: Vec::new(),
             seed: 1,
             lit: true,
+            crown: CROWN,
+            transmit: Color::grey(TRANSMIT),
             color: Color::WHITE,
             name: "trees".to_owned(),
         }
@@ -185,6 +198,12 @@ impl Node for Billboards {
         let has = |heights: (f64, f64)| {
             heights.0 > 0.0 && heights.0 <= heights.1 && heights.1.is_finite()
         };
+        if !(0.0..=1.0).contains(&self.crown) {
+            return Err(FieldError::new("crown", "must be 0 to 1"));
+        }
+        if !self.transmit.to_array().iter().all(|share| (0.0..=1.0).contains(share)) {
+            return Err(FieldError::new("transmit", "must be 0 to 1"));
+        }
         let count = self.pictures.len() as u32;
         let is_planted = !(self.trees.is_empty() && self.rows.is_empty() && self.areas.is_empty());
         if is_planted && count == 0 {
@@ -257,8 +276,13 @@ impl Node for Billboards {
                  without `preview`"
             ));
         }
-        let stand =
-            BillboardsOptions { label: self.name.clone(), color: self.color, lit: self.lit };
+        let stand = BillboardsOptions {
+            label: self.name.clone(),
+            color: self.color,
+            lit: self.lit,
+            crown: self.crown,
+            transmit: self.transmit,
+        };
         billboards::image(subjects, trees, stand, &view, wanted.plan, wanted.rows.clone())
     }
 }

@@ -15,6 +15,16 @@ impl RayTarget for SceneSurfaces {
         self.casters.get_or_init(|| self.scene.casters())
     }
 
+    fn transmits(&self, ordinal: u32) -> bool {
+        let mut sides = [true, false].into_iter().filter_map(|front| {
+            let material = self.material_of(ordinal, front)?;
+            Some(&self.scene.materials[material as usize])
+        });
+        sides.any(|of| {
+            std::iter::once(of).chain(self.scene.bundles_of(of)).any(|m| m.finish.transmits())
+        })
+    }
+
     fn met(&self, face: u32, sees_front: bool, point: DVec3) -> Option<u32> {
         let (at, face_of_mesh, _) = self.scene.part(face);
         let instance = &self.scene.instances[at];
