@@ -10,9 +10,11 @@ mod gloss;
 pub mod illuminate;
 mod pattern;
 pub mod picture;
+mod plane;
 pub mod recolor;
 mod records;
 mod reflected;
+mod shards;
 pub mod stream;
 pub mod trace;
 

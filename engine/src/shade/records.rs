@@ -20,21 +20,18 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::bounces::{Gathered, Gatherer, Place};
 use super::pattern::Pattern;
+use super::plane::{self, FaceExtent, PlaneKey, SurfacePlane, face_extents, is_open};
+use super::shards::Shards;
 use crate::color::Color;
-use crate::fragment::World;
 use crate::key::Key;
 use crate::math;
-use crate::polygon::split;
-use crate::trace::{Casters, Ray, Shaft, Toward};
+use crate::trace::Casters;
 
 /// The least width of a square, in widths of what asks for it.
 const FINEST: f64 = 6.0;
 
 /// The least width of a square of what only others see, as a part of the way from there to the camera.
 const FINEST_BEYOND: f64 = 1.0 / 12.0;
-
-/// The widest squares, as a part of the world.
-const COARSEST: f64 = 0.25;
 
 /// Nothing may stand nearer to a square than this many times its width, unless it is as fine as it may be.
 const APART: f64 = 1.0;
@@ -66,20 +63,8 @@ const FINEST_FACE: f64 = 2.0;
 /// How many times as many rays the one record of a face takes.
 const RAYS_OF_FACE: u32 = 4;
 
-/// How far above its plane light is gathered, as a part of the world.
-const ABOVE: f64 = 2e-6;
-
-/// How far the corners of squares are moved, as a part of the world: walls stand in its middle and at its ends.
-const ASIDE: [f64; 2] = [0.017_321, 0.026_458];
-
-/// How much further than a corner a fragment must be able to see: what stands just there has another light on its other
-/// side.
-const BEYOND: f64 = 1.01;
-
 /// How often squares are divided at most.
 const DEEPEST: u32 = 24;
-
-const SHARDS: usize = 64;
 
 /// What is known of worlds under lights, by what it is made of.
 #[derive(Debug, Default)]
@@ -102,12 +87,12 @@ impl Fields {
 #[derive(Debug, Default)]
 pub(super) struct Field {
     /// What was gathered at corners.
-    records: Shards<Arc<Record>>,
+    records: Shards<SquareKey, Arc<Record>>,
     /// By how much that differs from what was predicted.
-    details: Shards<Arc<Detail>>,
+    details: Shards<SquareKey, Arc<Detail>>,
     /// What is known of corners.
-    corners: Shards<Arc<Record>>,
-    squares: Shards<Arc<Square>>,
+    corners: Shards<SquareKey, Arc<Record>>,
+    squares: Shards<SquareKey, Arc<Square>>,
     /// What was gathered for faces that have one record each: by their scene's hash, number, and side.
     of_faces: Mutex<HashMap<(u64, u32, bool), Arc<Gathered>>>,
     extent: OnceLock<Option<(DVec3, f64)>>,
@@ -133,42 +118,12 @@ struct Detail {
     noise: Vec<f32>,
 }
 
-/// Where a face is, and how wide.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct FaceExtent {
-    middle: DVec3,
-    /// The root of its area.
-    width: f64,
-}
-
-/// What is known by keys, in parts that are locked one by one.
-#[derive(Debug)]
-struct Shards<T>(Vec<Mutex<HashMap<SquareKey, T>>>);
-
-impl<T> Default for Shards<T> {
-    fn default() -> Shards<T> {
-        Shards((0..SHARDS).map(|_| Mutex::default()).collect())
-    }
-}
-
-impl<T: Clone> Shards<T> {
-    /// What is known under a key; made without a lock, as it may ask for others. Who makes it meanwhile makes the same.
-    fn or_made(&self, key: SquareKey, make: impl FnOnce() -> T) -> T {
-        let shard = &self.0[shard(&key)];
-        if let Some(known) = shard.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
-            return known.clone();
-        }
-        let made = make();
-        shard.lock().unwrap_or_else(PoisonError::into_inner).entry(key).or_insert(made).clone()
-    }
-}
-
 /// A square of a plane, or its lower corner: the plane by its normal and distance, in steps that are too small to be
 /// seen; how often the widest of all were divided to be the widest of the face, and then to be these; and the place
 /// among these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct SquareKey {
-    plane: ([i32; 3], i64),
+    plane: PlaneKey,
     first: u32,
     level: u32,
     at: [i64; 2],
@@ -185,33 +140,6 @@ struct Square {
     is_covered: [bool; 4],
     /// What is received at its corners: x, then y.
     corners: OnceLock<[Arc<Record>; 4]>,
-}
-
-/// The plane of a surface in a world.
-struct SurfacePlane {
-    key: ([i32; 3], i64),
-    normal: DVec3,
-    axes: [DVec3; 2],
-    /// A point of it, a little above.
-    origin: DVec3,
-    /// The widest squares.
-    widest: f64,
-}
-
-impl SurfacePlane {
-    /// The width of squares of a level.
-    fn width(&self, level: u32) -> f64 {
-        self.widest / (1u64 << level) as f64
-    }
-
-    fn point(&self, at: DVec2) -> DVec3 {
-        self.origin + self.axes[0] * at.x + self.axes[1] * at.y
-    }
-
-    /// Whether something opaque stands above a point, nearer than squares are wide.
-    fn is_covered(&self, point: DVec3, width: f64, casters: &[(usize, &Casters)]) -> bool {
-        !is_open(casters, point, point + self.normal * width)
-    }
 }
 
 /// Who asks for light.
@@ -299,9 +227,9 @@ impl Field {
 
     /// What a place on a plane receives, between records. `None` if no record is seen from it.
     fn between(&self, place: &Place, face: Option<f64>, asked: &Asked<'_>) -> Option<Gathered> {
-        let plane = self.plane(place, asked.gatherer.world)?;
-        let from = place.position - plane.origin;
-        let at = DVec2::new(plane.axes[0].dot(from), plane.axes[1].dot(from));
+        let extent = (*self.extent.get_or_init(|| plane::extent(asked.gatherer.world)))?;
+        let plane = SurfacePlane::new(place.position, place.facing, extent);
+        let at = plane.place(place.position);
         let finest = asked.finest(place);
         // Squares that are much wider than the face lie in the air.
         let around = face.map_or(1.0, |face| plane.widest / (face * AROUND));
@@ -360,51 +288,12 @@ impl Field {
     pub(super) fn faces(&self, label: &str, asked: &Asked<'_>) -> &[FaceExtent] {
         let faces = self.faces.get_or_init(|| {
             let members = asked.gatherer.world.members();
-            let of = |casters: &Casters| {
-                // By area until all pieces are there.
-                let mut faces: Vec<FaceExtent> = Vec::new();
-                for (at, piece) in casters.pieces().iter().enumerate() {
-                    let face = piece.face as usize;
-                    if faces.len() <= face {
-                        faces.resize(face + 1, FaceExtent::default());
-                    }
-                    let corners = casters.corners(at, Toward::Direction(DVec3::Y));
-                    let middle = corners.clone().sum::<DVec3>() / corners.len() as f64;
-                    let area = casters.normal(at, Toward::Direction(DVec3::Y)).length() / 2.0;
-                    faces[face].middle += middle * area;
-                    faces[face].width += area;
-                }
-                let whole = |FaceExtent { middle, width: area }| match area > 0.0 {
-                    true => FaceExtent { middle: middle / area, width: area.sqrt() },
-                    false => FaceExtent::default(),
-                };
-                faces.into_iter().map(whole).collect()
-            };
             let casters = asked.casters.iter();
-            casters.map(|(member, casters)| (members[*member].label.clone(), of(casters))).collect()
+            casters
+                .map(|(member, casters)| (members[*member].label.clone(), face_extents(casters)))
+                .collect()
         });
         faces.get(label).map_or(&[], Vec::as_slice)
-    }
-
-    fn plane(&self, place: &Place, world: &World) -> Option<SurfacePlane> {
-        let bounds = || {
-            let all = world.casters().filter_map(|(_, casters)| casters.bounds());
-            let [low, high] = all.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)])?;
-            let extent = (high - low).max_element();
-            (extent > 0.0).then(|| ((low + high) / 2.0, extent))
-        };
-        let (centre, extent) = (*self.extent.get_or_init(bounds))?;
-        let steps = (place.facing * 1e6).round();
-        let normal = (steps / 1e6).normalize_or_zero();
-        let step = extent * ABOVE;
-        let distance = (normal.dot(place.position - centre) / step).round();
-        let axes = normal.any_orthonormal_pair();
-        // Above the plane, however its distance was rounded; and not where things begin and end.
-        let aside = axes.0 * (ASIDE[0] * extent) + axes.1 * (ASIDE[1] * extent);
-        let origin = centre + aside + normal * ((distance + 1.0) * step);
-        let key = (steps.as_ivec3().to_array(), distance as i64);
-        let axes = [axes.0, axes.1];
-        Some(SurfacePlane { key, normal, axes, origin, widest: extent * COARSEST })
     }
 
     fn square(
@@ -417,9 +306,8 @@ impl Field {
         self.squares.or_made(key, || {
             let middle = DVec2::new(key.at[0] as f64 + 0.5, key.at[1] as f64 + 0.5) * width;
             let stands = |beside: f64, above: f64| {
-                let half = width * 0.5 + beside;
-                let box_of = BoxOnPlane { plane, middle, half, above };
-                asked.casters.iter().any(|(_, casters)| box_of.is_reached(casters))
+                let base = (middle, width * 0.5 + beside, above);
+                asked.casters.iter().any(|(_, casters)| plane.is_reached(base, casters))
             };
             let is_near = stands(width * APART, width * APART);
             let is_crossed = is_near && stands(width * 1e-3, width * 0.05);
@@ -688,12 +576,6 @@ fn bright(sum: &mut Gathered, by: f32) {
     sum.error.iter_mut().for_each(|error| *error *= by);
 }
 
-fn shard(key: &SquareKey) -> usize {
-    let mut hasher = DefaultHasher::new();
-    key.hash(&mut hasher);
-    hasher.finish() as usize % SHARDS
-}
-
 /// A number that differs from place to place.
 fn seed(parts: impl IntoIterator<Item = i64>) -> u64 {
     let mix = |sum: u64, part: i64| {
@@ -706,63 +588,4 @@ fn seed(parts: impl IntoIterator<Item = i64>) -> u64 {
 fn corner_at(plane: &SurfacePlane, key: SquareKey, width: f64, k: usize) -> DVec3 {
     let at = DVec2::new((key.at[0] + (k & 1) as i64) as f64, (key.at[1] + (k >> 1) as i64) as f64);
     plane.point(at * width)
-}
-
-/// Whether nothing opaque stands between two points.
-fn is_open(casters: &[(usize, &Casters)], from: DVec3, to: DVec3) -> bool {
-    let ray = Ray::new(from, to - from, BEYOND);
-    casters.iter().all(|(_, casters)| {
-        let mut is_open = true;
-        casters.meet_all(&ray, |hit| {
-            is_open = casters.pieces()[hit.piece].opacity != 1.0;
-            is_open
-        });
-        is_open
-    })
-}
-
-/// A box that stands on a square.
-struct BoxOnPlane<'a> {
-    plane: &'a SurfacePlane,
-    middle: DVec2,
-    half: f64,
-    above: f64,
-}
-
-impl BoxOnPlane<'_> {
-    /// Whether an opaque piece reaches into it.
-    fn is_reached(&self, casters: &Casters) -> bool {
-        let SurfacePlane { normal, axes, .. } = *self.plane;
-        let middle = self.plane.point(self.middle);
-        let side = |way: DVec3, least: f64| (way, -way.dot(middle) - least);
-        let planes = vec![
-            side(axes[0], -self.half),
-            side(-axes[0], -self.half),
-            side(axes[1], -self.half),
-            side(-axes[1], -self.half),
-            side(normal, 0.0),
-            side(-normal, -self.above),
-        ];
-        let shaft = Shaft { planes };
-        casters.any_within(&shaft, |piece| {
-            if casters.pieces()[piece].opacity != 1.0 || casters.card(piece).is_some() {
-                return false;
-            }
-            let mut points: Vec<DVec3> =
-                casters.corners(piece, Toward::Direction(normal)).collect();
-            for (way, offset) in &shaft.planes {
-                let sides: Vec<f64> = points.iter().map(|point| way.dot(*point) + offset).collect();
-                if sides.iter().all(|side| *side <= 0.0) {
-                    return false;
-                }
-                if sides.iter().any(|side| *side < 0.0) {
-                    points = split(&points, &sides).0;
-                }
-                if points.len() < 3 {
-                    return false;
-                }
-            }
-            true
-        })
-    }
 }

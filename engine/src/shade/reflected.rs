@@ -164,8 +164,12 @@ impl Illuminate {
         let mut by_itself: Vec<Side> = sides.collect();
         if let Some(count) = self.bounces.records(bounced) {
             let mut key = KeyHasher::new("field");
-            // Pictures may look different to others, who resolve the same image.
+            // Pictures may look different to others who resolve the same image, and how many rays a corner takes depends
+            // on the view and its pixels.
             key.key(gatherer.stage.key()).value(&(bounced, fragments.textures));
+            let raster = fragments.view.raster();
+            let pixel = (raster.width, raster.height, fragments.pixel.to_array());
+            key.value(&(fragments.view.camera(), pixel));
             let field = self.bounces.field(key.finish());
             let casters: Vec<_> = world.casters().collect();
             let receives = |place: &Place, count: u32| {
