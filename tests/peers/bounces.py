@@ -18,7 +18,7 @@ import numpy as np
 ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 SPANDREL = os.path.join(ROOT, "target", "release", "spandrel")
 FOLDER = os.path.abspath(sys.argv[1])
-SIZE = (1200, 800)
+SIZE = (600, 400)
 DEEP = 9
 
 
@@ -203,7 +203,7 @@ def main():
         scene = mitsuba_scene(faces, lights, view)
         truth_file = os.path.join(FOLDER, name + ".truth.npy")
         if not os.path.exists(truth_file):
-            parts = [np.array(mi.render(scene, spp=256, seed=1000 + k)) for k in range(4)]
+            parts = [np.array(mi.render(scene, spp=256, seed=1000 + k)) for k in range(8)]
             np.save(truth_file, np.array([np.mean(parts[::2], axis=0), np.mean(parts[1::2], axis=0)]))
         halves = np.load(truth_file)
         truth = halves.mean(axis=0)
@@ -224,8 +224,8 @@ def main():
         for label, settings in [
             ("direct light alone", ["lit.bounces=0"]),
             ("Rays(16)", ["lit.gather=Rays(16)"]),
-            ("Records(64)", ["lit.gather=Records(64)"]),
-            ("Records(256)", []),
+            ("Records(64)", []),
+            ("Records(256)", ["lit.gather=Records(256)"]),
             ("Records(1024)", ["lit.gather=Records(1024)"]),
         ]:
             out = os.path.join(FOLDER, f"{name}.{label.replace(' ', '_')}.exr")
