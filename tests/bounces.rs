@@ -247,3 +247,34 @@ fn energy_is_kept_in_a_ball() {
     let expected = reflects / (1.0 - reflects);
     assert!((mean / expected - 1.0).abs() < 0.01, "{mean}, not {expected}");
 }
+
+/// Two parts of one file have one name, and faces of the same numbers: each is lit where it stands.
+#[test]
+fn parts_of_one_scene_are_lit_where_they_stand() {
+    let scratch = Scratch::new("bounces-parts");
+    let scene = "Scene(materials: { \"m\": (color: 0.8), \"glow\": (color: 0, finish: (glow: 2)) }, plans: [(name: \"p\", root: (material: \"m\", children: [
+        (name: \"near\", transform: [Move(-1.5, 0, 0)], shape: Sphere(radius: 0.6, segments: 32)),
+        (name: \"far\", transform: [Move(1.5, 0, 0)], shape: Sphere(radius: 0.6, segments: 32)),
+        (name: \"panel\", material: \"glow\", shape: Polygon(outline: [(-3, -1, -1), (-3, 1, -1), (-3, 1, 1), (-3, -1, 1)])),
+    ]))])";
+    std::fs::write(scratch.path().join("s.ron"), scene).unwrap();
+    let after = "\"lit\": Illuminate(image: \"all\", lights: [], white: 1, ambient: 0, bounces: 1, gather: Records(256)),
+         \"picture\": Resolve(image: \"lit\", size: (96, 48)),";
+    let eye = "\"eye\": Camera(position: (0, 0, 9), look_at: (0, 0, 0), parallel_height: 2.4),";
+    let whole = format!("{eye} \"all\": Scanline(scene: \"s.ron\", camera: \"eye\"), {after}");
+    let parted = format!(
+        "{eye} \"a\": ReadScene(file: \"s.ron\", objects: [\"near\", \"panel\"]), \"b\": ReadScene(file: \"s.ron\", objects: [\"far\"]),
+         \"first\": Scanline(scene: \"a\", camera: \"eye\"), \"second\": Scanline(scene: \"b\", camera: \"eye\"),
+         \"all\": DepthMerge(inputs: [\"first\", \"second\"]), {after}"
+    );
+    let [whole, parted] = [whole, parted].map(|nodes| greys(&picture(scratch.path(), &nodes)));
+    let of = |all: &[f32], side: usize| {
+        let on_side = all.iter().enumerate().filter(|(i, _)| i % 96 / 48 == side);
+        on_side.map(|(_, grey)| *grey).sum::<f32>()
+    };
+    for side in [0, 1] {
+        let [expected, found] = [&whole, &parted].map(|all| of(all, side));
+        assert!(expected > 0.1, "side {side} is dark");
+        assert!((found / expected - 1.0).abs() < 0.02, "side {side}: {found}, not {expected}");
+    }
+}

@@ -8,6 +8,7 @@ use super::surfaces::object_name;
 use super::{Columns, Finish, LightLayers, PaintedPart, PictureShare, Surfaces};
 use crate::camera::View;
 use crate::color::Color;
+use crate::key::Key;
 use crate::texture::TextureFilter;
 use crate::trace::{Card, Toward, Turn};
 
@@ -67,6 +68,8 @@ pub struct Fragments<'v> {
     pub shown: Vec<Option<PaintedPart>>,
     /// The name of their source.
     pub label: String,
+    /// The contents of the scene: others may have its name.
+    pub scene: Key,
     /// From where they are seen, if not by the camera.
     pub sight: Option<Sight>,
     /// A pixel's width and height, in pixels of the raster.
@@ -158,6 +161,7 @@ impl<'v> Fragments<'v> {
             bundle: Vec::new(),
             shown: Vec::new(),
             label: String::new(),
+            scene: Key::default(),
             sight: None,
             pixel: DVec2::ONE,
             textures: TextureFilter::default(),
@@ -330,6 +334,7 @@ impl<'v> Fragments<'v> {
             bundle: parts.iter().map(|(_, bundle, _)| *bundle).collect(),
             layers: self.layers.as_ref().map(|_| LightLayers::default()),
             label: self.label.clone(),
+            scene: self.scene,
             sight,
             pixel: self.pixel,
             textures: self.textures,

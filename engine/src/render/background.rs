@@ -343,6 +343,7 @@ pub fn panorama(image: &SpanImage, rows: u32) -> Result<Image> {
             let source = &image.sources()[*at];
             let mut fragments = all_round(image.view(), *face, row, rows);
             fragments.label.clone_from(&source.label);
+            fragments.scene = source.scene;
             stack::shade(&source.stack, &*source.surfaces, &Alone, &mut fragments);
             for (i, shown) in shown.iter_mut().enumerate() {
                 let (color, share) = (fragments.color[i], fragments.alpha[i] * (1.0 - shown[3]));

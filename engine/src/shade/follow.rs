@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 
 use crate::camera::View;
 use crate::color::Color;
-use crate::fragment::{Batch, FAR, Fragments, Kept, Meeting, Sight, Stage, World, stack};
+use crate::fragment::{Batch, FAR, Fragments, Kept, Meeting, Member, Sight, Stage, World, stack};
 use crate::key::{Key, KeyHasher};
 use crate::math;
 use crate::shadow;
@@ -210,7 +210,9 @@ impl<'v> StackRun<'_, 'v> {
             let known = groups.iter().position(|group| group.member == member);
             let at = known.unwrap_or_else(|| {
                 let mut fragments = self.empty.clone();
-                fragments.label.clone_from(&world.members()[member].label);
+                let Member { label, scene, .. } = &world.members()[member];
+                fragments.label.clone_from(label);
+                fragments.scene = *scene;
                 groups.push(MetFragments { member, fragments, places: Vec::new() });
                 groups.len() - 1
             });

@@ -15,7 +15,6 @@
 
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::bounces::{Gathered, Gatherer, Place};
@@ -93,11 +92,11 @@ pub(super) struct Field {
     /// What is known of corners.
     corners: Shards<SquareKey, Arc<Record>>,
     squares: Shards<SquareKey, Arc<Square>>,
-    /// What was gathered for faces that have one record each: by their scene's hash, number, and side.
-    of_faces: Mutex<HashMap<(u64, u32, bool), Arc<Gathered>>>,
+    /// What was gathered for faces that have one record each: by their scene, number, and side.
+    of_faces: Shards<(Key, u32, bool), Arc<Gathered>>,
     extent: OnceLock<Option<(DVec3, f64)>>,
     /// By scene, where its faces are and how wide.
-    faces: OnceLock<HashMap<String, Vec<FaceExtent>>>,
+    faces: OnceLock<HashMap<Key, Vec<FaceExtent>>>,
 }
 
 /// What is received at a corner.
@@ -154,8 +153,7 @@ pub(super) struct Asked<'a> {
 
 /// A face that somebody asks for light on.
 pub(super) struct AskedFace<'a> {
-    /// Its scene.
-    pub(super) label: &'a str,
+    pub(super) scene: Key,
     pub(super) ordinal: u32,
     pub(super) is_front: bool,
     /// `None` of what lies on another.
@@ -208,16 +206,10 @@ impl Field {
         if !asked.is_seen() || extent.width < place.width * FINEST_FACE {
             return None;
         }
-        let mut hasher = DefaultHasher::new();
-        face.label.hash(&mut hasher);
-        let key = (hasher.finish(), face.ordinal, face.is_front);
-        let known = || self.of_faces.lock().unwrap_or_else(PoisonError::into_inner);
-        let made = known().get(&key).cloned();
-        let made = made.unwrap_or_else(|| {
+        let made = self.of_faces.or_made((face.scene, face.ordinal, face.is_front), || {
             let side = [i64::from(face.ordinal), i64::from(face.is_front)];
             let middle = (extent.middle, place.facing);
-            let made = gathered(middle, seed(side), asked.rays * RAYS_OF_FACE, asked);
-            known().entry(key).or_insert(Arc::new(made)).clone()
+            Arc::new(gathered(middle, seed(side), asked.rays * RAYS_OF_FACE, asked))
         });
         let mut found = Gathered::none(asked.gatherer.lamps, false);
         add(&mut found, &made, 1.0, turned(place));
@@ -285,15 +277,15 @@ impl Field {
     }
 
     /// Where a scene's faces are; what lies on a face is nowhere by itself.
-    pub(super) fn faces(&self, label: &str, asked: &Asked<'_>) -> &[FaceExtent] {
+    pub(super) fn faces(&self, scene: Key, asked: &Asked<'_>) -> &[FaceExtent] {
         let faces = self.faces.get_or_init(|| {
             let members = asked.gatherer.world.members();
             let casters = asked.casters.iter();
             casters
-                .map(|(member, casters)| (members[*member].label.clone(), face_extents(casters)))
+                .map(|(member, casters)| (members[*member].scene, face_extents(casters)))
                 .collect()
         });
-        faces.get(label).map_or(&[], Vec::as_slice)
+        faces.get(&scene).map_or(&[], Vec::as_slice)
     }
 
     fn square(

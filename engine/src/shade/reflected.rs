@@ -187,7 +187,7 @@ impl Illuminate {
             let (gatherer, casters) = (&gatherer, &casters);
             let asked = Asked { gatherer, casters, rays: count, receives: &receives };
             let turns = !fragments.cards.is_empty();
-            let (label, faces) = (&*fragments.label, field.faces(&fragments.label, &asked));
+            let (scene, faces) = (fragments.scene, field.faces(fragments.scene, &asked));
             by_itself.retain(|side| {
                 if turns {
                     return true;
@@ -195,7 +195,7 @@ impl Illuminate {
                 let ordinal = fragments.ordinal[side.i];
                 let is_front = fragments.sees_front[side.i] != side.is_back;
                 let extent = faces.get(ordinal as usize);
-                let face = AskedFace { label, ordinal, is_front, extent };
+                let face = AskedFace { scene, ordinal, is_front, extent };
                 let found = field.at(&place(*side), &face, &asked);
                 found.iter().for_each(|found| take(*side, found));
                 found.is_none()

@@ -76,6 +76,7 @@ impl Source {
             return;
         }
         fragments.label.clone_from(&self.label);
+        fragments.scene = self.scene;
         stack::shade(&self.stack, &*self.surfaces, batch, fragments);
     }
 
