@@ -73,6 +73,62 @@ fn the_white_furnace_is_white() {
     }
 }
 
+/// On the floor of a room a window with a uniform sky behind it gives the light of a panel as bright, which has a closed
+/// form: however small a part of the sky is seen.
+#[test]
+fn a_sky_through_a_window_is_a_panel() {
+    let scratch = Scratch::new("bounces-window");
+    // From above: a room of 6 x 3 x 5 m, open at its top to the camera alone, as the ceiling has no back.
+    let wall = |name: &str, outline: &str| {
+        format!("(name: \"{name}\", shape: Polygon(outline: [{outline}])),")
+    };
+    let pieces = [
+        wall("floor", "(-3, 0, 0), (3, 0, 0), (3, 0, -5), (-3, 0, -5)"),
+        wall("ceiling", "(-3, 3, 0), (-3, 3, -5), (3, 3, -5), (3, 3, 0)"),
+        wall("right", "(3, 0, 0), (3, 3, 0), (3, 3, -5), (3, 0, -5)"),
+        wall("back", "(-3, 0, -5), (3, 0, -5), (3, 3, -5), (-3, 3, -5)"),
+        wall("front", "(-3, 0, 0), (-3, 3, 0), (3, 3, 0), (3, 0, 0)"),
+        wall("under", "(-3, 0, 0), (-3, 0, -5), (-3, 1, -5), (-3, 1, 0)"),
+        wall("over", "(-3, 2, 0), (-3, 2, -5), (-3, 3, -5), (-3, 3, 0)"),
+        wall("before", "(-3, 1, 0), (-3, 1, -2), (-3, 2, -2), (-3, 2, 0)"),
+        wall("behind", "(-3, 1, -3), (-3, 1, -5), (-3, 2, -5), (-3, 2, -3)"),
+    ];
+    let scene = format!(
+        "Scene(materials: {{ \"m\": (color: 1, one_sided: true) }}, plans: [(name: \"p\", root: (material: \"m\", children: [{}]))])",
+        pieces.concat()
+    );
+    std::fs::write(scratch.path().join("room.ron"), scene).unwrap();
+    let graph = |light: &str, how: &str| {
+        format!(
+            "\"eye\": Camera(position: (0, 9, -2.5), look_at: (0, 0, -2.5), up: (0, 0, -1), parallel_height: 4.9),
+             \"seen\": Scanline(scene: \"room.ron\", camera: \"eye\"), \"light\": {light},
+             \"lit\": Illuminate(image: \"seen\", lights: [\"light\"], white: 1, ambient: 0, {how}),
+             \"picture\": Resolve(image: \"lit\", size: (144, 120), lines: Sampled(1, Box)),"
+        )
+    };
+    let panel =
+        "AreaLight(outline: [(-3, 1, -2), (-3, 1, -3), (-3, 2, -3), (-3, 2, -2)], luminance: 1)";
+    let sky = format!("SkyLight(model: Uniform, illuminance: {})", std::f64::consts::PI);
+    let expected = greys(&picture(scratch.path(), &graph(panel, "shadows: Off")));
+    // Twenty squares of three by three pixels, half a metre from the walls and more.
+    let square = |greys: &[f32], x: usize, y: usize| -> f32 {
+        let places = (y - 1..y + 2).flat_map(|y| (x - 1..x + 2).map(move |x| y * 144 + x));
+        places.map(|i| greys[i]).sum()
+    };
+    for (rays, [mean_within, worst_within]) in [(64, [0.02, 0.08]), (256, [0.015, 0.05])] {
+        let how = format!("shadows: Volumes, gather: Records({rays})");
+        let found = greys(&picture(scratch.path(), &graph(&sky, &how)));
+        let (mut sum, mut worst) = (0.0f32, 0.0f32);
+        for (x, y) in (0..20).map(|k| (16 + 25 * (k % 5), 16 + 28 * (k / 5))) {
+            let off = (square(&found, x, y) / square(&expected, x, y) - 1.0).abs();
+            (sum, worst) = (sum + off, worst.max(off));
+        }
+        let mean = sum / 20.0;
+        let is_right = mean < mean_within && worst < worst_within;
+        assert!(is_right, "{how}: {mean} in the mean, {worst} at worst");
+    }
+}
+
 /// What a wall receives of a floor that is lit evenly is what it receives of a panel as bright, which has a closed form;
 /// and light goes on no further than it is told to.
 #[test]

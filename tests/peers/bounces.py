@@ -203,7 +203,9 @@ def main():
         scene = mitsuba_scene(faces, lights, view)
         truth_file = os.path.join(FOLDER, name + ".truth.npy")
         if not os.path.exists(truth_file):
-            parts = [np.array(mi.render(scene, spp=256, seed=1000 + k)) for k in range(8)]
+            # Light through a window is found by few paths.
+            count = 16 if name == "room" else 8
+            parts = [np.array(mi.render(scene, spp=256, seed=1000 + k)) for k in range(count)]
             np.save(truth_file, np.array([np.mean(parts[::2], axis=0), np.mean(parts[1::2], axis=0)]))
         halves = np.load(truth_file)
         truth = halves.mean(axis=0)
@@ -226,7 +228,6 @@ def main():
             ("Rays(16)", ["lit.gather=Rays(16)"]),
             ("Records(64)", []),
             ("Records(256)", ["lit.gather=Records(256)"]),
-            ("Records(1024)", ["lit.gather=Records(1024)"]),
         ]:
             out = os.path.join(FOLDER, f"{name}.{label.replace(' ', '_')}.exr")
             words = [SPANDREL, "render", os.path.join(FOLDER, name + ".ron"), "-w", "picture", "-o", out, "-q"]

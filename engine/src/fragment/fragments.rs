@@ -126,6 +126,8 @@ pub struct Sight {
     pub turns: u32,
     /// How many surfaces on that way send light to all sides.
     pub bounced: u32,
+    /// How many rays one fragment sent, each of which shows its share of what is seen; 0 says as much as 1.
+    pub rays: u32,
     /// How much of what is seen counts in the picture, 1 where it is all.
     pub weight: Vec<Color>,
     /// The way that light goes on from the ray's start to the camera, in metres.
@@ -177,7 +179,7 @@ impl<'v> Fragments<'v> {
         one.textures = TextureFilter::Trilinear;
         let (from, width, weight, before) =
             (vec![from], vec![width], vec![Color::WHITE], vec![0.0]);
-        one.sight = Some(Sight { from, turns: 0, bounced: 0, weight, before, width });
+        one.sight = Some(Sight { from, weight, before, width, ..Sight::default() });
         one
     }
 
@@ -320,6 +322,7 @@ impl<'v> Fragments<'v> {
             from: of(&sight.from, parts),
             turns: sight.turns,
             bounced: sight.bounced,
+            rays: sight.rays,
             weight: of(&sight.weight, parts),
             before: of(&sight.before, parts),
             width: of(&sight.width, parts),

@@ -91,6 +91,16 @@ pub(super) struct Place {
     /// How much it counts in the picture.
     pub(super) weight: Color,
     pub(super) pattern: Pattern,
+    /// Where its rays start, in turn; if nothing is here, at its position.
+    pub(super) starts: Vec<DVec3>,
+}
+
+impl Place {
+    /// Where one of its rays starts.
+    pub(super) fn start(&self, ray: u32) -> DVec3 {
+        let at = ray as usize % self.starts.len().max(1);
+        self.starts.get(at).copied().unwrap_or(self.position)
+    }
 }
 
 /// What a place receives: of each light at unit strength, in lux, and then of what glows.
@@ -111,6 +121,13 @@ impl Gathered {
             tilt: vec![[Color::BLACK; 3]; if wants_tilt { lamps + 1 } else { 0 }],
             error: vec![0.0; lamps + 1],
         }
+    }
+
+    /// Makes it nothing again.
+    pub(super) fn clear(&mut self) {
+        self.light.fill(Color::BLACK);
+        self.tilt.fill([Color::BLACK; 3]);
+        self.error.fill(0.0);
     }
 }
 
@@ -167,7 +184,7 @@ impl Gatherer<'_> {
                 let direction = direction - place.facing * (2.0 * below);
                 rays.push(Followed {
                     from,
-                    origin: place.position,
+                    origin: place.start(k),
                     direction,
                     share: Color::WHITE,
                     weight: place.weight * share,

@@ -255,8 +255,12 @@ impl<'a> Lighting<'a> {
         // A source in one place is the same for all rays: they are spread over what is covered.
         let is_spread = self.from.is_some() && self.samples > 1;
         let spread = Spread::new(if is_spread { self.batch.pieces(i) } else { Vec::new() });
-        // What counts for little in the picture, as mirrored light does, takes as little of the samples.
-        let weight = fragments.sight.as_ref().map_or(1.0, |sight| sight.weight[i].greatest());
+        // What counts for little in the picture, as mirrored light does, takes as little of the samples; what several
+        // rays show is averaged over them.
+        let weight = fragments
+            .sight
+            .as_ref()
+            .map_or(1.0, |sight| sight.weight[i].greatest() / sight.rays.max(1) as f32);
         let samples = ((self.samples as f32 * weight).ceil() as u32).clamp(1, self.samples);
         let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
         let mut spread_of = Deviation::default();

@@ -117,7 +117,7 @@ impl Shader for Illuminate {
         let mut sum = rest.clone();
         let mut layers = fragments.layers.as_ref().map(|_| LightLayers::default());
         for lamp in self.lamps.iter().filter(|lamp| lamp.shines()) {
-            let received = match has_records && self.is_recorded(lamp) {
+            let received = match has_records && self.is_recorded(lamp, is_sent_on) {
                 true => Arc::default(),
                 false => self.received(lamp, fragments, around),
             };
@@ -188,16 +188,19 @@ fn quadrature(a: Color, b: Color) -> Color {
 }
 
 impl Illuminate {
-    /// Whether what fragments receive of a lamp itself is found at records.
-    pub(super) fn is_recorded(&self, lamp: &Lamp) -> bool {
-        let has_records = self.bounces.records(0).is_some();
+    /// Whether what fragments receive of a lamp itself is found at records: that of skies, and of all if only other
+    /// surfaces see it.
+    pub(super) fn is_recorded(&self, lamp: &Lamp, is_sent_on: bool) -> bool {
+        if self.bounces.records(0).is_none() || lamp.light.is_everywhere() {
+            return false;
+        }
         let is_exact = matches!(self.shadows, Shadows::Volumes | Shadows::Analytic);
-        has_records && is_exact && lamp.light.luminance(DVec3::Y).is_some()
+        is_sent_on || is_exact && lamp.light.luminance(DVec3::Y).is_some()
     }
 
     /// Whether light comes from all that is around.
     fn looks_around(&self) -> bool {
-        let is_recorded = |lamp: &Lamp| lamp.shines() && self.is_recorded(lamp);
+        let is_recorded = |lamp: &Lamp| lamp.shines() && self.is_recorded(lamp, false);
         self.bounces.times > 0 || self.lamps.iter().any(is_recorded)
     }
 

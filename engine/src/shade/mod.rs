@@ -1,5 +1,6 @@
 //! Shaders: programs over fragments.
 
+mod beyond;
 pub mod bounces;
 mod clipped;
 mod direct;
@@ -8,10 +9,12 @@ pub mod fog;
 mod follow;
 mod gloss;
 pub mod illuminate;
+mod openings;
 mod pattern;
 pub mod picture;
 mod plane;
 pub mod recolor;
+mod recorded;
 mod records;
 mod reflected;
 mod shards;

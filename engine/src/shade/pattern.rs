@@ -114,6 +114,14 @@ impl Pattern {
     }
 }
 
+/// Points of the unit square, spread evenly however many are taken, and in another order than the points of a [`Pattern`]
+/// (R2: Roberts 2018).
+pub(super) fn spread_over_a_square(seed: u64, k: u32) -> DVec2 {
+    let first = Pattern::from_seed(seed.rotate_left(32)).at(0);
+    let step = DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053);
+    (first + step * f64::from(k)).fract()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

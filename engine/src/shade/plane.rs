@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::fragment::World;
+use crate::math;
 use crate::polygon::split;
 use crate::trace::{Casters, Ray, Shaft, Toward};
 
@@ -92,6 +93,11 @@ impl SurfacePlane {
         self.widest / (1u64 << level) as f64
     }
 
+    /// The level of the widest squares that are no wider than a width.
+    pub(super) fn level(&self, width: f64) -> u32 {
+        math::log2((self.widest / width).clamp(1.0, 1e9)).ceil() as u32
+    }
+
     /// The place of a point along both axes.
     pub(super) fn place(&self, point: DVec3) -> DVec2 {
         let from = point - self.origin;
@@ -100,7 +106,12 @@ impl SurfacePlane {
 
     /// The point at a place.
     pub(super) fn point(&self, at: DVec2) -> DVec3 {
-        self.origin + self.axes[0] * at.x + self.axes[1] * at.y
+        self.origin + self.along(at)
+    }
+
+    /// The way between two places.
+    pub(super) fn along(&self, way: DVec2) -> DVec3 {
+        self.axes[0] * way.x + self.axes[1] * way.y
     }
 
     /// Whether something opaque stands above a point, nearer than squares are wide.

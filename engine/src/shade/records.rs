@@ -12,14 +12,20 @@
 //! Nothing is interpolated across what stands on a plane or close above it: of a square that something reaches into, a
 //! fragment takes the corners that it can see and that are covered as it is. One that has none gathers by itself. Faces
 //! that are hardly wider than a pixel have one record each.
+//!
+//! Of what only other surfaces see, all light is found in this way, that of lamps too: what is wanted there is the mean
+//! over what a ray stands for. So a corner takes the mean over a square about it, and squares are as wide as the ray is.
 
 use glam::{DVec2, DVec3};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
+use super::beyond;
 use super::bounces::{Gathered, Gatherer, Place};
+use super::openings::{Openings, Seen};
 use super::pattern::Pattern;
 use super::plane::{self, FaceExtent, PlaneKey, SurfacePlane, face_extents, is_open};
+use super::recorded::RecordedLamp;
 use super::shards::Shards;
 use crate::color::Color;
 use crate::key::Key;
@@ -29,26 +35,24 @@ use crate::trace::Casters;
 /// The least width of a square, in widths of what asks for it.
 const FINEST: f64 = 6.0;
 
-/// The least width of a square of what only others see, as a part of the way from there to the camera.
-const FINEST_BEYOND: f64 = 1.0 / 12.0;
-
 /// Nothing may stand nearer to a square than this many times its width, unless it is as fine as it may be.
 const APART: f64 = 1.0;
 
 /// By how much light may differ between the corners of a square, as a share of their mean.
-const DIFFERS: f32 = 0.12;
+const DIFFERS: f32 = 0.06;
 
 /// By how much it may differ in the middle from the mean of the corners, as a share of that.
 const BENDS: f32 = 0.02;
 
 /// What is gathered counts as what was predicted if it differs by no more than this many standard errors.
-const NOISE: f32 = 1.0;
+const NOISE: f32 = 0.7;
 
 /// By how much what is gathered at corners beside each other may differ, in standard errors, to be averaged.
 const ALIKE: f32 = 2.5;
 
-/// By which power of the number of rays errors fall: that of chance, as an even pattern does at edges of light.
-const FALLS: f32 = 0.5;
+/// By which power of the number of rays the error of what surfaces give is taken to fall: by chance it would be a half, but
+/// few rays tell of less than they miss.
+const FALLS: f32 = 0.25;
 
 /// The widest squares of a face, in widths of the face.
 const AROUND: f64 = 2.0;
@@ -56,11 +60,20 @@ const AROUND: f64 = 2.0;
 /// How many times as many rays the corners of wide squares take at most.
 const MOST_RAYS: f64 = 16.0;
 
+/// How many rays a record sends to a sky that is seen through openings for each that it sends to surfaces.
+const RAYS_TO_OPENINGS: u32 = 4;
+
 /// Faces that are less wide than this, in widths of what asks for them, have no record; up to the finest squares, one.
 const FINEST_FACE: f64 = 2.0;
 
 /// How many times as many rays the one record of a face takes.
 const RAYS_OF_FACE: u32 = 4;
+
+/// The squares from about which openings to a sky are looked for, as a part of the way to the camera; how often they are
+/// halved; and from how many places of each.
+const OPENINGS: f64 = 1.0 / 4.0;
+const NEARER: u32 = 2;
+const ABOUT: u32 = 64;
 
 /// How often squares are divided at most.
 const DEEPEST: u32 = 24;
@@ -92,6 +105,10 @@ pub(super) struct Field {
     /// What is known of corners.
     corners: Shards<SquareKey, Arc<Record>>,
     squares: Shards<SquareKey, Arc<Square>>,
+    /// What falls on squares about corners that only others see.
+    pub(super) beyond: Shards<SquareKey, Arc<Gathered>>,
+    /// By lamp, through which openings it is seen from about a corner.
+    openings: Shards<(SquareKey, usize), Option<Arc<Openings>>>,
     /// What was gathered for faces that have one record each: by their scene, number, and side.
     of_faces: Shards<(Key, u32, bool), Arc<Gathered>>,
     extent: OnceLock<Option<(DVec3, f64)>>,
@@ -121,24 +138,28 @@ struct Detail {
 /// seen; how often the widest of all were divided to be the widest of the face, and then to be these; and the place
 /// among these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct SquareKey {
-    plane: PlaneKey,
-    first: u32,
-    level: u32,
-    at: [i64; 2],
+pub(super) struct SquareKey {
+    pub(super) plane: PlaneKey,
+    pub(super) first: u32,
+    pub(super) level: u32,
+    pub(super) at: [i64; 2],
 }
 
 /// What is known of a square.
-#[derive(Debug)]
-struct Square {
+#[derive(Debug, Default)]
+pub(super) struct Square {
     /// Whether something stands nearer than it is wide.
-    is_near: bool,
+    pub(super) is_near: bool,
     /// Whether something reaches into it.
     is_crossed: bool,
     /// Whether something covers its corners from near above.
     is_covered: [bool; 4],
     /// What is received at its corners: x, then y.
     corners: OnceLock<[Arc<Record>; 4]>,
+    /// Whether light in it differs from what they tell.
+    differs: OnceLock<bool>,
+    /// What falls about its corners, if only others see it.
+    pub(super) beyond: OnceLock<[Arc<Gathered>; 4]>,
 }
 
 /// Who asks for light.
@@ -147,8 +168,10 @@ pub(super) struct Asked<'a> {
     pub(super) casters: &'a [(usize, &'a Casters)],
     /// How many rays a record takes at least.
     pub(super) rays: u32,
-    /// What a place receives, by so many rays.
-    pub(super) receives: &'a dyn Fn(&Place, u32) -> Gathered,
+    /// Whether surfaces send light on to what asks.
+    pub(super) goes_on: bool,
+    /// The lamps that are found here.
+    pub(super) lamps: &'a [RecordedLamp<'a>],
 }
 
 /// A face that somebody asks for light on.
@@ -161,119 +184,90 @@ pub(super) struct AskedFace<'a> {
 }
 
 impl Asked<'_> {
-    /// The least width of squares for a place.
-    fn finest(&self, place: &Place) -> f64 {
-        match self.gatherer.bounced {
-            0 => place.width * FINEST,
-            _ => place.width.max(self.finest_beyond(place.before)),
-        }
-    }
-
-    /// The same for what only others see, so far from the camera: each time that light goes on, twice as wide.
-    fn finest_beyond(&self, before: f64) -> f64 {
-        let turns = self.gatherer.bounced.clamp(1, 8) - 1;
-        before * FINEST_BEYOND * f64::from(1u32 << turns)
-    }
-
-    /// How many times as many rays a corner of squares takes. What only others see is averaged by them.
+    /// How many times as many rays a corner of squares takes.
     fn times(&self, position: DVec3, width: f64) -> f64 {
         let like = self.gatherer.like;
         let before = (position - like.view.camera().position).length();
         let finest = like.view.pixel_width(before).0 * like.pixel.x * FINEST;
-        if self.is_seen() { (width / finest).clamp(1.0, MOST_RAYS) } else { 1.0 }
-    }
-
-    /// Whether the camera sees what is asked for.
-    fn is_seen(&self) -> bool {
-        self.gatherer.bounced == 0
+        (width / finest).clamp(1.0, MOST_RAYS)
     }
 }
 
 impl Field {
-    /// What a place on a face receives. `None` if no record is seen from it, or the face is too small for any.
+    /// What a place on a face receives, if a record is seen from it and the face is not too small for any.
     pub(super) fn at(
         &self,
         place: &Place,
         face: &AskedFace<'_>,
         asked: &Asked<'_>,
-    ) -> Option<Gathered> {
-        let Some(extent) = face.extent.filter(|extent| extent.width > 0.0) else {
-            return self.between(place, None, asked);
+        found: &mut Gathered,
+    ) -> bool {
+        let is_seen = asked.gatherer.bounced == 0;
+        let finest = match is_seen {
+            true => place.width * FINEST,
+            false => beyond::finest(place, asked),
         };
-        if extent.width >= asked.finest(place) {
-            return self.between(place, Some(extent.width), asked);
+        let least = if is_seen { place.width * FINEST_FACE } else { finest * beyond::FINEST_FACE };
+        found.clear();
+        let width = match face.extent.map(|extent| extent.width).filter(|width| *width > 0.0) {
+            Some(width) if width < least => return false,
+            Some(width) if width < finest => {
+                let made = self.of_face(place, face, asked);
+                add(found, &made, 1.0, turned(place));
+                bright(found, 1.0);
+                return true;
+            }
+            width => width,
+        };
+        let Some(extent) = *self.extent.get_or_init(|| plane::extent(asked.gatherer.world)) else {
+            return false;
+        };
+        let plane = SurfacePlane::new(place.position, place.facing, extent);
+        match is_seen {
+            true => self.seen(place, (&plane, finest, width), asked, found),
+            false => self.beyond(place, (&plane, finest), asked, found),
         }
-        if !asked.is_seen() || extent.width < place.width * FINEST_FACE {
-            return None;
-        }
-        let made = self.of_faces.or_made((face.scene, face.ordinal, face.is_front), || {
-            let side = [i64::from(face.ordinal), i64::from(face.is_front)];
-            let middle = (extent.middle, place.facing);
-            Arc::new(gathered(middle, seed(side), asked.rays * RAYS_OF_FACE, asked))
-        });
-        let mut found = Gathered::none(asked.gatherer.lamps, false);
-        add(&mut found, &made, 1.0, turned(place));
-        bright(&mut found, 1.0);
-        Some(found)
     }
 
-    /// What a place on a plane receives, between records. `None` if no record is seen from it.
-    fn between(&self, place: &Place, face: Option<f64>, asked: &Asked<'_>) -> Option<Gathered> {
-        let extent = (*self.extent.get_or_init(|| plane::extent(asked.gatherer.world)))?;
-        let plane = SurfacePlane::new(place.position, place.facing, extent);
+    /// The one record of a small face.
+    fn of_face(&self, place: &Place, face: &AskedFace<'_>, asked: &Asked<'_>) -> Arc<Gathered> {
+        self.of_faces.or_made((face.scene, face.ordinal, face.is_front), || {
+            let side = [i64::from(face.ordinal), i64::from(face.is_front)];
+            let middle = face.extent.map_or(place.position, |extent| extent.middle);
+            let times = if asked.gatherer.bounced == 0 { RAYS_OF_FACE } else { 1 };
+            let made = unseen((middle, place.facing), seed(side), asked);
+            Arc::new(gathered(&made, asked.rays * times, asked, |_| None).0)
+        })
+    }
+
+    /// What a place on a plane receives that the camera sees, between records.
+    fn seen(
+        &self,
+        place: &Place,
+        (plane, finest, face): (&SurfacePlane, f64, Option<f64>),
+        asked: &Asked<'_>,
+        sum: &mut Gathered,
+    ) -> bool {
         let at = plane.place(place.position);
-        let finest = asked.finest(place);
         // Squares that are much wider than the face lie in the air.
         let around = face.map_or(1.0, |face| plane.widest / (face * AROUND));
         let first = math::log2(around.clamp(1.0, 1e9)) as u32;
         let mut level = first;
-        let (square, key, within) = loop {
+        let (square, key) = loop {
             let width = plane.width(level);
-            let scaled = at / width;
-            let low = scaled.floor();
-            let key =
-                SquareKey { plane: plane.key, first, level, at: [low.x as i64, low.y as i64] };
-            let square = self.square(key, &plane, width, asked);
+            let key = SquareKey { plane: plane.key, first, level, at: lower(at, width) };
+            let square = self.square(key, plane, width, asked);
             // What only stands near divides it no further than that; light that differs does once more.
             let is_near = square.is_near && width * 0.5 >= finest;
             let is_last = width < finest || level >= first + DEEPEST;
-            if is_last || !(is_near || self.differs(&square, key, &plane, asked)) {
-                break (square, key, scaled - low);
+            if is_last || !(is_near || self.differs(&square, key, plane, asked)) {
+                break (square, key);
             }
             level += 1;
         };
-        let width = plane.width(level);
-        let corners = self.corners(&square, key, &plane, asked);
-        let weights = [
-            (1.0 - within.x) * (1.0 - within.y),
-            within.x * (1.0 - within.y),
-            (1.0 - within.x) * within.y,
-            within.x * within.y,
-        ];
-        let mut sum = Gathered::none(asked.gatherer.lamps, false);
-        let mut all = 0.0f32;
-        let here = plane.point(at);
-        let is_mixed = square.is_crossed || square.is_covered.iter().any(|it| *it);
-        let is_covered = is_mixed && plane.is_covered(here, width, asked.casters);
-        for (k, (corner, weight)) in corners.iter().zip(weights).enumerate() {
-            // What lies under something has another light than what lies beside it.
-            let is_beside = || {
-                let there = corner_at(&plane, key, width, k);
-                is_covered == square.is_covered[k] && is_open(asked.casters, here, there)
-            };
-            if is_mixed && !is_beside() {
-                continue;
-            }
-            // A corner that lies just here counts for a little in any case.
-            let weight = weight.max(1e-6) as f32;
-            all += weight;
-            add(&mut sum, &corner.gathered, weight, turned(place));
-        }
-        if all <= 1e-3 {
-            return None;
-        }
-        bright(&mut sum, 1.0 / all);
-        Some(sum)
+        let corners = self.corners(&square, key, plane, asked);
+        let corners = corners.each_ref().map(|corner| &corner.gathered);
+        between(place, (&square, key, plane), corners, asked.casters, sum)
     }
 
     /// Where a scene's faces are; what lies on a face is nowhere by itself.
@@ -288,7 +282,7 @@ impl Field {
         faces.get(&scene).map_or(&[], Vec::as_slice)
     }
 
-    fn square(
+    pub(super) fn square(
         &self,
         key: SquareKey,
         plane: &SurfacePlane,
@@ -306,12 +300,26 @@ impl Field {
             let is_covered = std::array::from_fn(|k| {
                 is_near && plane.is_covered(corner_at(plane, key, width, k), width, asked.casters)
             });
-            Arc::new(Square { is_near, is_crossed, is_covered, corners: OnceLock::new() })
+            Arc::new(Square { is_near, is_crossed, is_covered, ..Square::default() })
         })
     }
 
     /// Whether light in a square differs from what its corners tell.
     fn differs(
+        &self,
+        square: &Square,
+        key: SquareKey,
+        plane: &SurfacePlane,
+        asked: &Asked<'_>,
+    ) -> bool {
+        if let Some(differs) = square.differs.get() {
+            return *differs;
+        }
+        let differs = self.is_uneven(square, key, plane, asked);
+        *square.differs.get_or_init(|| differs)
+    }
+
+    fn is_uneven(
         &self,
         square: &Square,
         key: SquareKey,
@@ -339,7 +347,7 @@ impl Field {
         let middle = self.detail(SquareKey { level: key.level + 1, at, ..key }, plane, asked);
         lamps.into_iter().any(|lamp| {
             let off = (light(&middle.own, lamp) - mean(lamp)).abs();
-            off > BENDS * mean(lamp) + 2.0 * (error(lamp) + middle.noise[lamp])
+            off > BENDS * mean(lamp) + 2.0 * (error(lamp) + middle.own.gathered.error[lamp])
         })
     }
 
@@ -373,8 +381,8 @@ impl Field {
             let detail = self.detail(key, plane, asked);
             match &detail.predicted {
                 Some(predicted) => {
-                    let around = asked.is_seen().then(|| self.around(key, plane, asked));
-                    Arc::new(corrected(predicted, &detail, &around.unwrap_or_default()))
+                    let around = self.around(key, plane, asked);
+                    Arc::new(corrected(predicted, &detail, &around))
                 }
                 None => detail.own.clone(),
             }
@@ -464,29 +472,87 @@ impl Field {
         (count > 0.0).then_some(sum)
     }
 
+    /// Through which openings a lamp is seen from about a place, if that is known of a corner near it.
+    pub(super) fn openings(
+        &self,
+        lamp: &RecordedLamp<'_>,
+        place: &Place,
+        plane: &SurfacePlane,
+        asked: &Asked<'_>,
+    ) -> Option<Arc<Openings>> {
+        if lamp.casts.is_none() || !lamp.is_sky() {
+            return None;
+        }
+        let first = plane.level(place.before * OPENINGS);
+        // What others see is averaged by them.
+        let nearer = if asked.gatherer.bounced == 0 { NEARER } else { 0 };
+        self.openings_near(lamp, place.position, (plane, first, first + nearer), asked)
+    }
+
+    /// The same, of corners of squares of a level: looked for where they are seen from wider ones.
+    fn openings_near(
+        &self,
+        lamp: &RecordedLamp<'_>,
+        position: DVec3,
+        (plane, first, level): (&SurfacePlane, u32, u32),
+        asked: &Asked<'_>,
+    ) -> Option<Arc<Openings>> {
+        let width = plane.width(level);
+        let low = lower(plane.place(position), width);
+        let near = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[dx, dy]| {
+            let at = [low[0] + dx, low[1] + dy];
+            SquareKey { plane: plane.key, first, level, at }
+        });
+        let corner = |key: SquareKey| corner_at(plane, key, width, 0);
+        let key = near.into_iter().find(|key| is_open(asked.casters, position, corner(*key)))?;
+        self.openings.or_made((key, lamp.number), || {
+            let corner = corner(key);
+            let near = match level > first {
+                true => Some(self.openings_near(lamp, corner, (plane, first, level - 1), asked)?),
+                false => None,
+            };
+            let mut about = unseen((corner, plane.normal), seed(key.numbers()), asked);
+            about.starts = beyond::starts(plane, corner, (width, ABOUT), asked);
+            match Openings::seen(lamp, &about, near.as_deref()) {
+                Seen::Through(openings) => Some(openings),
+                Seen::Nothing => near,
+                Seen::Most => None,
+            }
+        })
+    }
+
     fn record(&self, key: SquareKey, plane: &SurfacePlane, asked: &Asked<'_>) -> Arc<Record> {
         self.records.or_made(key, || {
             let width = plane.width(key.level);
             let position = corner_at(plane, key, width, 0);
-            let SquareKey { plane: ([x, y, z], distance), level, at: [u, v], .. } = key;
-            let of = [i64::from(x), i64::from(y), i64::from(z), distance, i64::from(level), u, v];
             let rays = (f64::from(asked.rays) * asked.times(position, width)) as u32;
-            let gathered = gathered((position, plane.normal), seed(of), rays, asked);
+            let place = unseen((position, plane.normal), seed(key.numbers()), asked);
+            // On a small face records are too few to be worth the rays that look for openings.
+            let nearest = place.before * OPENINGS / f64::from(1u32 << NEARER);
+            let is_wide = plane.width(key.first) >= nearest;
+            let openings = |lamp: &RecordedLamp<'_>| match is_wide {
+                true => self.openings(lamp, &place, plane, asked),
+                false => None,
+            };
+            let (gathered, of_surfaces) = gathered(&place, rays, asked, openings);
             let more = math::powf(rays as f32 / asked.rays as f32, FALLS);
-            let spread = gathered.error.iter().map(|error| error * more).collect();
+            let errors = gathered.error.iter().zip(&of_surfaces);
+            let spread = errors.map(|(all, error)| all.hypot(error * more)).collect();
             Arc::new(Record { gathered, spread })
         })
     }
 }
 
-/// What is received at a place that nobody sees.
-fn gathered(
-    (position, facing): (DVec3, DVec3),
-    seed: u64,
-    rays: u32,
-    asked: &Asked<'_>,
-) -> Gathered {
-    let place = Place {
+impl SquareKey {
+    pub(super) fn numbers(self) -> [i64; 7] {
+        let SquareKey { plane: ([x, y, z], distance), level, at: [u, v], .. } = self;
+        [i64::from(x), i64::from(y), i64::from(z), distance, i64::from(level), u, v]
+    }
+}
+
+/// A place that nobody asks for itself.
+pub(super) fn unseen((position, facing): (DVec3, DVec3), seed: u64, asked: &Asked<'_>) -> Place {
+    Place {
         position,
         facing,
         normal: facing,
@@ -495,9 +561,80 @@ fn gathered(
         width: 0.0,
         weight: Color::WHITE,
         pattern: Pattern::from_seed(seed),
+        starts: Vec::new(),
+    }
+}
+
+/// What is received at a place, of other surfaces and of lamps that are found here; and the error of what surfaces give.
+pub(super) fn gathered(
+    place: &Place,
+    rays: u32,
+    asked: &Asked<'_>,
+    openings: impl Fn(&RecordedLamp<'_>) -> Option<Arc<Openings>>,
+) -> (Gathered, Vec<f32>) {
+    let gatherer = asked.gatherer;
+    gatherer.batch.count("records", 1);
+    let of_surfaces = match asked.goes_on {
+        true => gatherer.gather(std::slice::from_ref(place), rays, true).pop(),
+        false => None,
     };
-    asked.gatherer.batch.count("records", 1);
-    (asked.receives)(&place, rays)
+    let mut all = of_surfaces.unwrap_or_else(|| Gathered::none(gatherer.lamps, true));
+    let error = all.error.clone();
+    for lamp in asked.lamps {
+        let openings = openings(lamp);
+        // Of a sky that is seen through openings more is uncertain than of one that is open.
+        let count = if openings.is_some() { rays * RAYS_TO_OPENINGS } else { rays };
+        lamp.add(place, count, openings.as_deref(), &mut all);
+    }
+    (all, error)
+}
+
+/// What a place in a square receives, between the corners of it that it sees and that are covered as it is. False if there
+/// are none.
+pub(super) fn between(
+    place: &Place,
+    (square, key, plane): (&Square, SquareKey, &SurfacePlane),
+    corners: [&Gathered; 4],
+    casters: &[(usize, &Casters)],
+    sum: &mut Gathered,
+) -> bool {
+    let width = plane.width(key.level);
+    let at = plane.place(place.position);
+    let within = at / width - DVec2::new(key.at[0] as f64, key.at[1] as f64);
+    let weights = [
+        (1.0 - within.x) * (1.0 - within.y),
+        within.x * (1.0 - within.y),
+        (1.0 - within.x) * within.y,
+        within.x * within.y,
+    ];
+    let mut all = 0.0f32;
+    let here = plane.point(at);
+    let is_mixed = square.is_crossed || square.is_covered.iter().any(|it| *it);
+    let is_covered = is_mixed && plane.is_covered(here, width, casters);
+    for (k, (corner, weight)) in corners.into_iter().zip(weights).enumerate() {
+        // What lies under something has another light than what lies beside it.
+        let is_beside = || {
+            let there = corner_at(plane, key, width, k);
+            is_covered == square.is_covered[k] && is_open(casters, here, there)
+        };
+        if is_mixed && !is_beside() {
+            continue;
+        }
+        // A corner that lies just here counts for a little in any case.
+        let weight = weight.max(1e-6) as f32;
+        all += weight;
+        add(sum, corner, weight, turned(place));
+    }
+    if all <= 1e-3 {
+        return false;
+    }
+    bright(sum, 1.0 / all);
+    true
+}
+
+/// The lower corner of the square of a width that a place lies in.
+pub(super) fn lower(at: DVec2, width: f64) -> [i64; 2] {
+    (at / width).floor().to_array().map(|at| at as i64)
 }
 
 /// A prediction, changed by what was gathered there and beside as far as that differs by more than noise.
@@ -515,10 +652,13 @@ fn corrected(predicted: &Record, own: &Detail, around: &[(f32, Arc<Detail>)]) ->
         };
         let (mut light, mut all) = (off(own), 1.0f32);
         let mut squares = own.noise[lamp].powi(2);
+        let error_of = |detail: &Detail| detail.own.gathered.error[lamp];
+        let mut errors = error_of(own).powi(2);
         for (weight, other) in around.iter().filter(is_alike) {
             light = light + off(other) * *weight;
             all += weight;
             squares += (other.noise[lamp] * weight).powi(2);
+            errors += (error_of(other) * weight).powi(2);
         }
         let (light, noise) = (light * (1.0 / all), squares.sqrt() / all);
         // Of a signal in noise, the share that is no noise (James and Stein 1961).
@@ -529,7 +669,7 @@ fn corrected(predicted: &Record, own: &Detail, around: &[(f32, Arc<Detail>)]) ->
             *tilt = *tilt * (1.0 - keeps) + own * keeps;
         }
         let error = &mut gathered.error[lamp];
-        *error = *error * (1.0 - keeps) + noise * keeps;
+        *error = *error * (1.0 - keeps) + errors.sqrt() / all * keeps;
     }
     Record { gathered, spread }
 }
@@ -569,7 +709,7 @@ fn bright(sum: &mut Gathered, by: f32) {
 }
 
 /// A number that differs from place to place.
-fn seed(parts: impl IntoIterator<Item = i64>) -> u64 {
+pub(super) fn seed(parts: impl IntoIterator<Item = i64>) -> u64 {
     let mix = |sum: u64, part: i64| {
         (sum ^ part as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(29)
     };
@@ -577,7 +717,7 @@ fn seed(parts: impl IntoIterator<Item = i64>) -> u64 {
 }
 
 /// A corner of a square.
-fn corner_at(plane: &SurfacePlane, key: SquareKey, width: f64, k: usize) -> DVec3 {
+pub(super) fn corner_at(plane: &SurfacePlane, key: SquareKey, width: f64, k: usize) -> DVec3 {
     let at = DVec2::new((key.at[0] + (k & 1) as i64) as f64, (key.at[1] + (k >> 1) as i64) as f64);
     plane.point(at * width)
 }

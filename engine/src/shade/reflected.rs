@@ -4,16 +4,16 @@ use glam::DVec2;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::bounces::{Bounces, Gather, Gathered, Gatherer, Place, standard_error, tilted};
-use super::direct::{Blocker, GreyOrColors, Lighting, LitFragment, arriving, passes, wants_error};
-use super::illuminate::Illuminate;
+use super::bounces::{Bounces, Gather, Gathered, Gatherer, Place};
+use super::direct::{GreyOrColors, Lighting, LitFragment, wants_error};
+use super::illuminate::{Illuminate, Shadows};
 use super::pattern::Pattern;
+use super::recorded::RecordedLamp;
 use super::records::{Asked, AskedFace};
 use crate::color::Color;
 use crate::fragment::{Around, Fragments, Shading, Stage, World};
 use crate::key::{Key, KeyHasher};
-use crate::light::{Lamp, Light, Receiver};
-use crate::trace::Casters;
+use crate::light::Lamp;
 
 /// What a fragment receives of other surfaces, of a lamp of unit strength or of what glows.
 #[derive(Debug)]
@@ -48,7 +48,7 @@ impl Illuminate {
     ) -> Vec<Arc<Reflected>> {
         let bounced = fragments.bounced();
         let Some(Stage::Shade(own)) = around.stack.get(around.at) else { return Vec::new() };
-        let is_recorded = |lamp: &Lamp| lamp.shines() && self.is_recorded(lamp);
+        let is_recorded = |lamp: &Lamp| lamp.shines() && self.is_recorded(lamp, bounced > 0);
         let is_needed = bounced < self.bounces.times || self.lamps.iter().any(is_recorded);
         let Some(world) = own.world().filter(|_| is_needed) else {
             return Vec::new();
@@ -133,11 +133,12 @@ impl Illuminate {
                 width: fragments.width(i),
                 weight: sight.map_or(Color::WHITE, |sight| sight.weight[i]),
                 pattern: Pattern::of(fragments, i),
+                starts: Vec::new(),
             }
         };
         let goes_on = bounced < self.bounces.times;
         let recorded: Vec<usize> =
-            (0..lamps.len()).filter(|lamp| self.is_recorded(lamps[*lamp])).collect();
+            (0..lamps.len()).filter(|lamp| self.is_recorded(lamps[*lamp], bounced > 0)).collect();
         let lit = (0..fragments.len()).filter(|i| !fragments.unlit[*i]);
         let sides = lit.flat_map(|i| {
             let back = fragments.finish[i].transmits().then_some(Side { i, is_back: true });
@@ -172,22 +173,17 @@ impl Illuminate {
             key.value(&(fragments.view.camera(), pixel));
             let field = self.bounces.field(key.finish());
             let casters: Vec<_> = world.casters().collect();
-            let receives = |place: &Place, count: u32| {
-                let mut all = match goes_on {
-                    true => gatherer.gather(std::slice::from_ref(place), count, true).pop(),
-                    false => None,
-                };
-                let all = all.get_or_insert_with(|| Gathered::none(lamps.len(), true));
-                for lamp in &recorded {
-                    let light = &*lamps[*lamp].light;
-                    of_sky(light, place, (world, &casters, fragments), (count, *lamp), all);
-                }
-                std::mem::take(all)
+            let (gatherer, casters) = (&gatherer, &*casters);
+            let casts = (self.shadows != Shadows::Off).then_some(casters);
+            let recorded_lamp = |number: &usize| {
+                let (number, light) = (*number, &*lamps[*number].light);
+                RecordedLamp { number, light, casts, world, like: fragments }
             };
-            let (gatherer, casters) = (&gatherer, &casters);
-            let asked = Asked { gatherer, casters, rays: count, receives: &receives };
+            let recorded: Vec<_> = recorded.iter().map(recorded_lamp).collect();
+            let asked = Asked { gatherer, casters, rays: count, goes_on, lamps: &recorded };
             let turns = !fragments.cards.is_empty();
             let (scene, faces) = (fragments.scene, field.faces(fragments.scene, &asked));
+            let mut found = Gathered::none(lamps.len(), false);
             by_itself.retain(|side| {
                 if turns {
                     return true;
@@ -196,19 +192,22 @@ impl Illuminate {
                 let is_front = fragments.sees_front[side.i] != side.is_back;
                 let extent = faces.get(ordinal as usize);
                 let face = AskedFace { scene, ordinal, is_front, extent };
-                let found = field.at(&place(*side), &face, &asked);
-                found.iter().for_each(|found| take(*side, found));
-                found.is_none()
+                let is_found = field.at(&place(*side), &face, &asked, &mut found);
+                if is_found {
+                    take(*side, &found);
+                }
+                !is_found
             });
             // What mirrors show is averaged over their rays.
             let is_mirrored = fragments.sight.is_some();
             rays = if bounced == 0 && !is_mirrored { self.samples } else { 1 };
             for lamp in &recorded {
-                let lighting = Lighting::new(self, lamps[*lamp], fragments, around);
+                let number = lamp.number;
+                let lighting = Lighting::new(self, lamps[number], fragments, around);
                 for side in &by_itself {
                     let one = lighting.on_side(&side.of(fragments), side.i);
                     let mut found = Gathered::none(lamps.len(), false);
-                    (found.light[*lamp], found.error[*lamp]) = (one.diffuse, one.error);
+                    (found.light[number], found.error[number]) = (one.diffuse, one.error);
                     take(*side, &found);
                 }
             }
@@ -221,52 +220,5 @@ impl Illuminate {
         }
         let all = light.into_iter().zip(error);
         all.map(|(light, error)| Reflected { light: GreyOrColors::new(light), error }).collect()
-    }
-}
-
-/// Adds what a place receives of a sky, by samples of it.
-fn of_sky(
-    light: &dyn Light,
-    place: &Place,
-    (world, casters, like): (&World, &[(usize, &Casters)], &Fragments<'_>),
-    (count, lamp): (u32, usize),
-    all: &mut Gathered,
-) {
-    let receiver = Receiver { position: place.position, normal: place.normal };
-    let whole = light.irradiance(&receiver);
-    let (mut open, mut reaches) = (Color::BLACK, Color::BLACK);
-    let mut tilts = [Color::BLACK; 3];
-    let mut parts = Vec::with_capacity(count as usize);
-    let blocker = Blocker::default();
-    for k in 0..count {
-        let sample = light.sample(&receiver, place.pattern.at(k));
-        let way = sample.toward.from(place.position).0.normalize_or_zero();
-        let plane = (place.facing, place.position);
-        let lit = match way.dot(place.facing) > 0.0 {
-            true => passes(
-                (world, casters, like),
-                plane,
-                (place.position, sample.toward, 0.0),
-                &blocker,
-            ),
-            false => 0.0,
-        };
-        let part = sample.irradiance * lit;
-        parts.push([sample.irradiance, part].map(Color::luminance));
-        (open, reaches) = (open + sample.irradiance, reaches + part);
-        for (tilt, along) in tilts.iter_mut().zip(tilted(way, place.normal)) {
-            *tilt = *tilt + part * along;
-        }
-    }
-    all.light[lamp] = all.light[lamp] + arriving(whole, open, reaches);
-    for (own, tilt) in all.tilt[lamp].iter_mut().zip(tilts) {
-        *own = *own + arriving(whole, open, tilt);
-    }
-    // Of a ratio, what is left of each part when the ratio is taken away.
-    let ratio = reaches.luminance() / open.luminance().max(f32::MIN_POSITIVE);
-    let left = parts.iter().map(|[open, reaches]| reaches - ratio * open);
-    let mean = open.luminance() / count as f32;
-    if mean > 0.0 {
-        all.error[lamp] += standard_error(left, count) / mean * whole.luminance();
     }
 }

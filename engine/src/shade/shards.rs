@@ -1,14 +1,15 @@
 //! What many threads make and share.
 
+use foldhash::fast::FixedState;
 use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::hash::{BuildHasher, Hash};
 use std::sync::{Mutex, PoisonError};
 
 const SHARDS: usize = 64;
 
 /// What is known by keys, in parts that are locked one by one.
 #[derive(Debug)]
-pub(super) struct Shards<K, T>(Vec<Mutex<HashMap<K, T>>>);
+pub(super) struct Shards<K, T>(Vec<Mutex<HashMap<K, T, FixedState>>>);
 
 impl<K, T> Default for Shards<K, T> {
     fn default() -> Shards<K, T> {
@@ -19,9 +20,8 @@ impl<K, T> Default for Shards<K, T> {
 impl<K: Copy + Eq + Hash, T: Clone> Shards<K, T> {
     /// What is known under a key; made without a lock, as it may ask for others. Who makes it meanwhile makes the same.
     pub(super) fn or_made(&self, key: K, make: impl FnOnce() -> T) -> T {
-        let mut hasher = DefaultHasher::new();
-        key.hash(&mut hasher);
-        let shard = &self.0[hasher.finish() as usize % SHARDS];
+        // Other bits than those by which a part finds it.
+        let shard = &self.0[FixedState::with_seed(1).hash_one(key) as usize % SHARDS];
         if let Some(known) = shard.lock().unwrap_or_else(PoisonError::into_inner).get(&key) {
             return known.clone();
         }

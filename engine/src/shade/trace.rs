@@ -184,7 +184,8 @@ impl Trace {
         let before = fragments.sight.as_ref();
         let turns = before.map_or(0, |sight| sight.turns) + 1;
         let bounced = fragments.bounced();
-        empty.sight = Some(Sight { turns, bounced, ..Sight::default() });
+        let sent = before.map_or(self.rays, |sight| sight.rays);
+        empty.sight = Some(Sight { turns, bounced, rays: sent, ..Sight::default() });
         empty.layers = fragments.layers.as_ref().map(|_| LightLayers::default());
         // What is done from here on to everything in the image.
         let onward = &around.stack[around.at..];
